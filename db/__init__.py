@@ -1,0 +1,1 @@
+"""Storage: rows, JSON documents, repositories, unit of work, migrations."""

@@ -1,0 +1,1 @@
+"""Sources of readings: simulated, and whatever else passes the contract in tests/contract."""

@@ -1,0 +1,1 @@
+"""JSON over HTTP: routers, problem documents, limits."""

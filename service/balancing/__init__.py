@@ -1,0 +1,16 @@
+"""Numerics of balancing: arrays in, frozen dataclasses out; no I/O, clock, logging or global random state.
+
+One complex convention throughout: a vector is magnitude * exp(1j * angle), angles in radians, masses counted
+against the rotation and phases as lag, so that v = v0 + A u holds (`phasors` mirrors whatever is stated otherwise).
+Masses in g, unbalance in g.mm, velocities as the sensor states them.
+
+=========== =================================================================
+phasors     degrees and senses at the edge <-> complex numbers inside
+fit         influence coefficients and as-found vibration from runs
+corrections continuous correction masses from a fit
+rotor       reactions of a rigid rotor on two bearings
+selection   the discrete problem: which stock masses in which positions
+exhaustive  every selection of a small problem, tried
+jaya        modified Jaya on the selection problem
+=========== =================================================================
+"""

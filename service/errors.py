@@ -1,0 +1,70 @@
+"""The errors that the product raises on purpose.
+
+Each message names the value, the rule it breaks and what to do. `status` is the HTTP status under which the API
+shows an error; the command line shows the same text. Numerics raise `NumericsError` only.
+"""
+
+from __future__ import annotations
+
+
+class DrumtrueError(Exception):
+    """Base of every deliberate error; raised through its children only."""
+
+    status = 500
+    code = "error"
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        code: str | None = None,
+        field: str | None = None,
+        value: object = None,
+        advice: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.code = code or type(self).code
+        self.field = field
+        self.value = value
+        self.advice = advice
+
+
+class InvalidInput(DrumtrueError):
+    """A value that breaks a rule of the field: unknown sensor, angle that is no position, trial run without a mass."""
+
+    status = 422
+    code = "invalid_input"
+
+
+class NumericsError(InvalidInput):
+    """An array of the wrong shape, a NaN where a number must be, or a set of runs that cannot be solved."""
+
+    code = "numerics"
+
+
+class NotFound(DrumtrueError):
+    """A machine, catalogue, session, run, correction or plan that is not stored."""
+
+    status = 404
+    code = "not_found"
+
+
+class Conflict(DrumtrueError):
+    """A request that contradicts what is stored: a sequence number used twice, too few pieces in stock."""
+
+    status = 409
+    code = "conflict"
+
+
+class OutOfOrder(Conflict):
+    """A step of a session taken before the step it needs, or after the session is closed."""
+
+    code = "out_of_order"
+
+
+class TooLarge(DrumtrueError):
+    """A request body or a list above the service's limit."""
+
+    status = 413
+    code = "too_large"

@@ -1,0 +1,1 @@
+"""Optimisers for mixed variables (continuous, integer, discrete) that know nothing of drums."""
