@@ -1,0 +1,60 @@
+"""What all documents share: strictness, named field rules, reading and writing JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, TypeVar, cast, dataclass_transform
+
+from annotated_types import Ge, Gt, Le, Len
+from pydantic import ConfigDict, StringConstraints, TypeAdapter
+
+T = TypeVar("T")
+
+STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def document(cls: type[T]) -> type[T]:
+    """Make `cls` a frozen keyword-only dataclass that pydantic validates strictly."""
+    cls.__pydantic_config__ = STRICT  # type: ignore[attr-defined]
+    return dataclass(frozen=True, kw_only=True)(cls)
+
+
+Name = Annotated[
+    str, StringConstraints(min_length=1, max_length=100, strip_whitespace=True, pattern=r"^[^\x00-\x1f\x7f]*$")
+]
+Text = Annotated[str, StringConstraints(max_length=2000, pattern=r"^[^\x00]*$")]
+Positive = Annotated[float, Gt(0), Le(1e9)]
+NotNegative = Annotated[float, Ge(0), Le(1e9)]
+Finite = Annotated[float, Ge(-1e9), Le(1e9)]
+AngleDeg = Annotated[float, Ge(-360), Le(360)]
+Count = Annotated[int, Ge(1), Le(1_000_000)]
+Small = Annotated[int, Ge(1), Le(20)]
+Sequence = Annotated[int, Ge(0), Le(2**53 - 1)]
+Seed = Annotated[int, Ge(0), Le(2**53 - 1)]
+
+MAX_LIST = Len(0, 1000)
+"""Longest list inside a document; bulk readings have their own limit."""
+
+
+@cache
+def adapter(kind: Any) -> TypeAdapter[Any]:
+    """The validator of a document type, built once."""
+    return TypeAdapter(kind)
+
+
+def read_json(kind: type[T], text: str | bytes) -> T:
+    """A document from JSON text. Raises pydantic.ValidationError where a rule is broken."""
+    value: T = adapter(cast(Any, kind)).validate_json(text)
+    return value
+
+
+def write_json(value: object, kind: Any = None) -> str:
+    """JSON text of a document."""
+    return adapter(kind or cast(Any, type(value))).dump_json(value, by_alias=True).decode()
+
+
+def to_plain(value: object, kind: Any = None) -> Any:
+    """A document as dictionaries, lists and numbers that the json module takes."""
+    return adapter(kind or cast(Any, type(value))).dump_python(value, mode="json", by_alias=True)

@@ -1,0 +1,208 @@
+"""Plans: which stock masses go into which positions, and how good that is."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Literal
+
+from annotated_types import Gt, Le, Len
+
+from db.documents.base import MAX_LIST, AngleDeg, Name, Positive, Seed, Small, document
+from db.documents.correction import SensorVector
+
+ObjectiveName = Literal["residual_vibration", "components", "bearing_force"]
+NormName = Literal["sum", "max", "rms"]
+Method = Literal["certified", "modified_jaya", "exact"]
+Base = Literal["as_found", "present"]
+PlanStatus = Literal["optimal", "within_uncertainty", "limit_reached", "heuristic", "infeasible"]
+PlanState = Literal["proposed", "fitted", "unfitted", "replaced"]
+
+
+@document
+class BlockedPosition:
+    """A position that takes nothing."""
+
+    plane: Name
+    """Correction plane."""
+    position_deg: AngleDeg
+    """Angle of the position, degrees; one of the plane's positions."""
+
+
+@document
+class PlanRequest:
+    """Ask which stock masses to bolt into which positions."""
+
+    correction_id: Name
+    """The correction to realise."""
+    objective: ObjectiveName
+    """residual_vibration: predicted amplitude over limit; components: unbalance missed, g.mm; bearing_force: Eq 5.14."""
+    norm: NormName | None = None
+    """How residual_vibration joins the sensors: sum (default), max or rms of amplitude over limit."""
+    weights: Annotated[tuple[Positive, ...], Len(1, 64)] | None = None
+    """Further weight of each predicted vector, in their order; only with residual_vibration."""
+    method: Method = "certified"
+    """certified: modified Jaya, then the exact search proves or improves it; or one of the two alone."""
+    base: Base = "as_found"
+    """as_found: all fitted masses may come off; present: they stay, and pieces are added to them."""
+    max_masses_per_plane: Small | None = None
+    """At most so many masses a plane; the machine's own limit holds as well."""
+    blocked: Annotated[tuple[BlockedPosition, ...], MAX_LIST] = ()
+    """Positions that take nothing."""
+    seed: Seed = 1
+    """Seed of the modified Jaya; the same seed gives the same answer."""
+    time_limit_s: Annotated[float, Gt(0), Le(120)] = 10.0
+    """Longest time, s, the solver may take; then the best selection so far is returned with its gap."""
+
+
+@document
+class Placement:
+    """One stock mass in one position."""
+
+    plane: str
+    """Correction plane."""
+    position_deg: float
+    """Angle of the position, degrees, in the machine's angle sense."""
+    hole: str
+    """Label of the position as on the drum; its number from the mark where no labels are given."""
+    mass_g: float
+    """Mass of the piece by the catalogue, g."""
+    fastener_g: float = 0.0
+    """Mass of its fastener, g, which counts as well."""
+    weighed_g: float | None = None
+    """What the piece was weighed at, g, if it was."""
+
+
+@document
+class Change:
+    """What to do at one position to get from the masses on the rotor to the plan."""
+
+    action: Literal["add", "remove", "keep"]
+    """add, remove or keep."""
+    placement: Placement
+    """The piece and its position."""
+
+
+@document
+class BearingForces:
+    """Reactions of a rigid rotor on its two bearings at service speed."""
+
+    bearings: tuple[str, ...]
+    """Names of the bearings."""
+    before: tuple[float, ...]
+    """Reaction amplitude, N, without correction masses."""
+    after: tuple[float, ...]
+    """Reaction amplitude, N, with the placements."""
+
+
+@document
+class MethodResult:
+    """What one method found by itself."""
+
+    method: Method
+    """Method."""
+    status: PlanStatus
+    """How it ended."""
+    objective_value: float | None
+    """Objective of its selection; null without one."""
+    lower_bound: float | None
+    """What it proved; null where it proves nothing."""
+    evaluations: int
+    """Selections looked at."""
+    seconds: float
+    """Time taken, s."""
+
+
+@document
+class PlanInputs:
+    """What else the answer depends on, so that it can be found again."""
+
+    counts: tuple[int | None, ...]
+    """Pieces on hand of each catalogue item; null: unlimited."""
+    kept: tuple[Placement, ...]
+    """Pieces on the rotor that stay (base: present)."""
+    on_rotor: tuple[Placement, ...]
+    """Pieces of the plan that is fitted."""
+    version: str
+    """Version of Drumtrue."""
+
+
+@document
+class Plan:
+    """A selection of stock masses, and what is proved of it."""
+
+    id: str
+    """Identifier."""
+    number: int
+    """1, 2, 3 ... in the order of the session."""
+    session_id: str
+    """The session it belongs to."""
+    correction_id: str
+    """The correction it realises."""
+    request: PlanRequest
+    """What was asked for."""
+    inputs: PlanInputs
+    """What else the answer depends on."""
+    status: PlanStatus
+    """optimal: proved, nothing in the box does better; heuristic: nothing is proved; infeasible: see `reason`."""
+    message: str
+    """The status in a sentence."""
+    reason: str | None
+    """Why there is no selection; null where there is one."""
+    placements: tuple[Placement, ...]
+    """The final state of the rotor: every stock mass on it."""
+    changes: tuple[Change, ...]
+    """What to add, remove and keep."""
+    objective_value: float | None
+    """Objective of the placements, in `objective_unit`; null without a selection."""
+    objective_unit: str
+    """g.mm for components; 1 for residual_vibration (over limit) and bearing_force (share of the reactions)."""
+    lower_bound: float | None
+    """Proved: no selection has a smaller objective; null where nothing is proved."""
+    gap: float | None
+    """Objective minus lower bound; null where nothing is proved."""
+    predicted: tuple[SensorVector, ...]
+    """Vibration to expect with the placements; empty without influence coefficients."""
+    bearing_forces_n: BearingForces | None
+    """Reactions before and after, N; null where the geometry is not known."""
+    per_method: tuple[MethodResult, ...]
+    """What each method found."""
+    alternatives: tuple[tuple[Placement, ...], ...]
+    """Further selections, best first."""
+    evaluations: int
+    """Selections looked at in all."""
+    seconds: float
+    """Time taken, s."""
+    seed: int
+    """Seed used."""
+    created_at: datetime
+    """When, UTC."""
+    state: PlanState = "proposed"
+    """proposed, fitted, replaced by a later fitted plan, or unfitted (taken off again)."""
+    stale: bool = False
+    """True: a run was added or excluded since."""
+    fitted: tuple[Placement, ...] | None = None
+    """What was really fitted; null until then."""
+
+
+@document
+class ActualPlacement:
+    """A piece as it was really fitted."""
+
+    plane: Name
+    """Correction plane."""
+    position_deg: AngleDeg
+    """Angle of the position, degrees; one of the plane's positions."""
+    mass_g: Positive
+    """Mass of the piece by the catalogue, g: which piece it is."""
+    weighed_g: Positive | None = None
+    """What the piece weighed, g, without its fastener."""
+
+
+@document
+class FittedRequest:
+    """State that a plan is bolted on."""
+
+    actual: Annotated[tuple[ActualPlacement, ...], MAX_LIST] | None = None
+    """What was really fitted, where it differs from the plan."""
+    accept_stale: bool = False
+    """True: fit a plan although a run was added or excluded since."""

@@ -1,0 +1,112 @@
+"""Sessions, and the log of one: a document that gives the same answer again."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Literal
+
+from db.documents.base import MAX_LIST, Name, Text, document
+from db.documents.correction import Correction
+from db.documents.machine import Catalogue, Machine
+from db.documents.plan import Plan
+from db.documents.run import Run, RunOut
+
+SessionState = Literal["open", "corrected", "planned", "fitted", "checked", "closed"]
+
+
+@document
+class SessionRequest:
+    """Open a session on a machine."""
+
+    machine_id: Name
+    """The machine; its conventions are copied into the session."""
+    catalogue_id: Name | None = None
+    """The box of stock masses; needed for a plan."""
+    technician: Name | None = None
+    """Who balances."""
+    note: Text | None = None
+    """Anything worth knowing."""
+    run_out: Annotated[tuple[RunOut, ...], MAX_LIST] = ()
+    """Run-out vectors, subtracted from every reading."""
+
+
+@document
+class SessionPatch:
+    """Change what may be changed of a session; a closed one may not."""
+
+    state: Literal["closed"] | None = None
+    """closed: nothing more is added or changed."""
+    catalogue_id: Name | None = None
+    """Another box of stock masses; refused while a plan is fitted."""
+    technician: Name | None = None
+    """Who balances."""
+    note: Text | None = None
+    """Anything worth knowing."""
+
+
+@document
+class SessionSummary:
+    """A session in a list."""
+
+    id: str
+    """Identifier."""
+    state: SessionState
+    """open, corrected, planned, fitted, checked or closed."""
+    machine_id: str
+    """Machine."""
+    machine_name: str
+    """Name of the machine when the session opened."""
+    catalogue_id: str | None
+    """Box of stock masses."""
+    technician: str | None
+    """Who balances."""
+    note: str | None
+    """Anything worth knowing."""
+    created_at: datetime
+    """When it was opened, UTC."""
+    closed_at: datetime | None
+    """When it was closed, UTC."""
+
+
+@document
+class Session(SessionSummary):
+    """A session: one drum being balanced."""
+
+    next_step: str
+    """What to do next, in a sentence."""
+    machine: Machine
+    """The machine as it was when the session opened: every number of the session is meant in its conventions."""
+    run_out: tuple[RunOut, ...]
+    """Run-out vectors, subtracted from every reading."""
+    runs: tuple[Run, ...]
+    """The runs, in order."""
+    corrections: tuple[Correction, ...]
+    """The corrections, in order."""
+    plans: tuple[Plan, ...]
+    """The plans, in order."""
+    fitted_plan_id: str | None
+    """The plan that is bolted on."""
+
+
+@document
+class SessionLog:
+    """All that is needed to find a session's answers again, without the service."""
+
+    format: Literal["drumtrue-session"] = "drumtrue-session"
+    """Always drumtrue-session."""
+    version: str
+    """Version of Drumtrue that wrote it."""
+    session_id: str | None = None
+    """The session it was written from."""
+    machine: Machine
+    """The machine as the session has it."""
+    catalogue: Catalogue | None = None
+    """The box of stock masses; counts as received; each plan states what was on hand."""
+    run_out: Annotated[tuple[RunOut, ...], MAX_LIST] = ()
+    """Run-out vectors."""
+    runs: tuple[Run, ...] = ()
+    """The runs, in order."""
+    corrections: tuple[Correction, ...] = ()
+    """The corrections, in order, with what was asked for."""
+    plans: tuple[Plan, ...] = ()
+    """The plans, in order, with what was asked for."""

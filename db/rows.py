@@ -1,0 +1,174 @@
+"""The tables. Nested values are documents; what is searched or counted is a column."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from sqlalchemy import BigInteger, ForeignKey, Index, Integer, MetaData, String, Text, UniqueConstraint
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+from db.documents.correction import Correction
+from db.documents.machine import CatalogueItem, Machine
+from db.documents.plan import Plan
+from db.documents.run import MassOnRotor, Run, RunOut
+from db.types import Document, UtcTime
+
+_KEY = String(32)
+_AUTO_KEY = BigInteger().with_variant(Integer, "sqlite")
+
+
+class Base(DeclarativeBase):
+    """Every constraint has a name, so that migrations can drop it on any engine."""
+
+    metadata = MetaData(
+        naming_convention={
+            "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+            "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+            "fk": "fk_%(table_name)s_%(column_0_N_name)s",
+            "pk": "pk_%(table_name)s",
+        }
+    )
+
+
+class MachineRow(Base):
+    """A machine; sessions carry their own copy of it."""
+
+    __tablename__ = "machine"
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    name: Mapped[str] = mapped_column(String(100), unique=True)
+    spec: Mapped[Machine] = mapped_column(Document(Machine))
+    created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
+    updated_at: Mapped[datetime] = mapped_column(UtcTime)
+
+
+class CatalogueRow(Base):
+    """A box of stock masses; its row is locked while stock moves."""
+
+    __tablename__ = "catalogue"
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    name: Mapped[str] = mapped_column(String(100), unique=True)
+    items: Mapped[tuple[CatalogueItem, ...]] = mapped_column(Document(tuple[CatalogueItem, ...]))
+    created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
+
+
+class StockEntryRow(Base):
+    """One movement of one catalogue item; the balance is the sum. Nothing here is ever changed."""
+
+    __tablename__ = "stock_entry"
+    __table_args__ = (Index(None, "catalogue_id", "item"),)
+
+    id: Mapped[int] = mapped_column(_AUTO_KEY, primary_key=True, autoincrement=True)
+    catalogue_id: Mapped[str] = mapped_column(_KEY, ForeignKey("catalogue.id"))
+    item: Mapped[int]
+    kind: Mapped[str] = mapped_column(String(16))
+    pieces: Mapped[int]
+    session_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("session.id"))
+    plan_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("plan.id"))
+    at: Mapped[datetime] = mapped_column(UtcTime)
+
+
+class SessionRow(Base):
+    """A session: one drum being balanced."""
+
+    __tablename__ = "session"
+    __table_args__ = (Index(None, "machine_id", "created_at"),)
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
+    machine_name: Mapped[str] = mapped_column(String(100))
+    machine: Mapped[Machine] = mapped_column(Document(Machine))
+    catalogue_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("catalogue.id"))
+    state: Mapped[str] = mapped_column(String(16), index=True)
+    technician: Mapped[str | None] = mapped_column(String(100))
+    note: Mapped[str | None] = mapped_column(Text)
+    run_out: Mapped[tuple[RunOut, ...]] = mapped_column(Document(tuple[RunOut, ...]))
+    fitted_plan_id: Mapped[str | None] = mapped_column(_KEY)
+    created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
+    closed_at: Mapped[datetime | None] = mapped_column(UtcTime)
+
+
+class RunRow(Base):
+    """A run of a session, as a document."""
+
+    __tablename__ = "run"
+    __table_args__ = (UniqueConstraint("session_id", "number"),)
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
+    number: Mapped[int]
+    run: Mapped[Run] = mapped_column(Document(Run))
+
+
+class CorrectionRow(Base):
+    """A correction of a session, as a document."""
+
+    __tablename__ = "correction"
+    __table_args__ = (UniqueConstraint("session_id", "number"),)
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
+    number: Mapped[int]
+    correction: Mapped[Correction] = mapped_column(Document(Correction))
+
+
+class PlanRow(Base):
+    """A plan of a session, as a document."""
+
+    __tablename__ = "plan"
+    __table_args__ = (UniqueConstraint("session_id", "number"),)
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
+    number: Mapped[int]
+    plan: Mapped[Plan] = mapped_column(Document(Plan))
+
+
+class SourceRow(Base):
+    """Which machine a source of readings is mounted on."""
+
+    __tablename__ = "source"
+
+    name: Mapped[str] = mapped_column(String(100), primary_key=True)
+    machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
+    bound_at: Mapped[datetime] = mapped_column(UtcTime)
+
+
+class ReadingRow(Base):
+    """One reading of a source; (source, sequence) makes it idempotent."""
+
+    __tablename__ = "reading"
+    __table_args__ = (
+        UniqueConstraint("source", "sequence"),
+        Index(None, "source", "taken_at"),
+        Index(None, "session_id", "taken_at"),
+    )
+
+    id: Mapped[int] = mapped_column(_AUTO_KEY, primary_key=True, autoincrement=True)
+    source: Mapped[str] = mapped_column(String(100))
+    sequence: Mapped[int] = mapped_column(BigInteger)
+    machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
+    session_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("session.id"))
+    taken_at: Mapped[datetime] = mapped_column(UtcTime)
+    sensor: Mapped[str] = mapped_column(String(100))
+    amplitude: Mapped[float]
+    phase_deg: Mapped[float | None]
+    speed_rpm: Mapped[float | None]
+    scatter: Mapped[float | None]
+    overall_rms: Mapped[float | None]
+
+
+class BalancerAnswerRow(Base):
+    """Continuous masses that a balancer computed; idempotent like a reading."""
+
+    __tablename__ = "balancer_answer"
+    __table_args__ = (UniqueConstraint("source", "sequence"), Index(None, "session_id", "taken_at"))
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    source: Mapped[str] = mapped_column(String(100))
+    sequence: Mapped[int] = mapped_column(BigInteger)
+    machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
+    session_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("session.id"))
+    taken_at: Mapped[datetime] = mapped_column(UtcTime)
+    masses: Mapped[tuple[MassOnRotor, ...]] = mapped_column(Document(tuple[MassOnRotor, ...]))

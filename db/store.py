@@ -1,0 +1,173 @@
+"""All queries, over the session of one unit of work."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import datetime
+from typing import Any, TypeVar, cast
+
+from sqlalchemy import CursorResult, Select, func, insert, select, tuple_
+from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy.orm import Session
+
+from db.rows import (
+    BalancerAnswerRow,
+    Base,
+    CatalogueRow,
+    CorrectionRow,
+    MachineRow,
+    PlanRow,
+    ReadingRow,
+    RunRow,
+    SessionRow,
+    SourceRow,
+    StockEntryRow,
+)
+
+Row = TypeVar("Row", bound=Base)
+
+_LOOKUP_CHUNK = 400
+"""Pairs in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
+
+
+class Store:
+    """What is stored, seen from inside one unit of work."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    # ------------------------------------------------------------ rows by key
+    def add(self, row: Base) -> None:
+        """Store a new row; constraints are checked at once."""
+        self._session.add(row)
+        self._session.flush()
+
+    def get(self, kind: type[Row], key: str) -> Row | None:
+        """The row with this key, or None."""
+        return self._session.get(kind, key)
+
+    def lock(self, kind: type[Row], key: str) -> Row | None:
+        """The row with this key, locked until the unit of work ends (SQLite holds its one write lock already)."""
+        return self._session.get(kind, key, with_for_update=True, populate_existing=True)
+
+    def flush(self) -> None:
+        """Send pending changes to the engine."""
+        self._session.flush()
+
+    # ------------------------------------------------------------ lists
+    def machines(self, limit: int, offset: int) -> Sequence[MachineRow]:
+        """Machines, newest first."""
+        return self._page(select(MachineRow).order_by(MachineRow.created_at.desc(), MachineRow.id), limit, offset)
+
+    def machine_named(self, name: str) -> MachineRow | None:
+        """The machine of this name."""
+        return self._session.scalars(select(MachineRow).where(MachineRow.name == name)).one_or_none()
+
+    def catalogues(self, limit: int, offset: int) -> Sequence[CatalogueRow]:
+        """Catalogues, newest first."""
+        return self._page(select(CatalogueRow).order_by(CatalogueRow.created_at.desc(), CatalogueRow.id), limit, offset)
+
+    def catalogue_named(self, name: str) -> CatalogueRow | None:
+        """The catalogue of this name."""
+        return self._session.scalars(select(CatalogueRow).where(CatalogueRow.name == name)).one_or_none()
+
+    def sessions(
+        self, limit: int, offset: int, *, machine_id: str | None = None, state: str | None = None
+    ) -> Sequence[SessionRow]:
+        """Sessions, newest first."""
+        query = select(SessionRow).order_by(SessionRow.created_at.desc(), SessionRow.id)
+        if machine_id is not None:
+            query = query.where(SessionRow.machine_id == machine_id)
+        if state is not None:
+            query = query.where(SessionRow.state == state)
+        return self._page(query, limit, offset)
+
+    def open_sessions(self, machine_id: str) -> Sequence[SessionRow]:
+        """Sessions on a machine that are not closed, newest first."""
+        return self._session.scalars(
+            select(SessionRow)
+            .where(SessionRow.machine_id == machine_id, SessionRow.state != "closed")
+            .order_by(SessionRow.created_at.desc())
+        ).all()
+
+    def sources(self) -> Sequence[SourceRow]:
+        """Bound sources, by name."""
+        return self._session.scalars(select(SourceRow).order_by(SourceRow.name)).all()
+
+    # ------------------------------------------------------------ of a session
+    def runs(self, session_id: str) -> Sequence[RunRow]:
+        """Runs of a session, in order."""
+        return self._numbered(RunRow, session_id)
+
+    def corrections(self, session_id: str) -> Sequence[CorrectionRow]:
+        """Corrections of a session, in order."""
+        return self._numbered(CorrectionRow, session_id)
+
+    def plans(self, session_id: str) -> Sequence[PlanRow]:
+        """Plans of a session, in order."""
+        return self._numbered(PlanRow, session_id)
+
+    # ------------------------------------------------------------ readings
+    def add_new(self, kind: type[ReadingRow | BalancerAnswerRow], rows: list[dict[str, Any]]) -> int:
+        """Insert rows whose (source, sequence) is not stored yet; returns how many were."""
+        dialect = self._session.get_bind().dialect.name
+        statement = (postgresql if dialect == "postgresql" else sqlite).insert(kind).on_conflict_do_nothing()
+        result = cast("CursorResult[Any]", self._session.connection().execute(statement, rows))
+        return result.rowcount
+
+    def known(
+        self, kind: type[ReadingRow | BalancerAnswerRow], keys: Sequence[tuple[str, int]]
+    ) -> dict[tuple[str, int], ReadingRow | BalancerAnswerRow]:
+        """The rows stored under these (source, sequence)."""
+        found: dict[tuple[str, int], ReadingRow | BalancerAnswerRow] = {}
+        for start in range(0, len(keys), _LOOKUP_CHUNK):
+            chunk = keys[start : start + _LOOKUP_CHUNK]
+            query: Select[Any] = select(kind).where(tuple_(kind.source, kind.sequence).in_(chunk))
+            found.update({(row.source, row.sequence): row for row in self._session.scalars(query)})
+        return found
+
+    def readings_between(self, source: str, machine_id: str, since: datetime, until: datetime) -> Sequence[ReadingRow]:
+        """Readings of a source on a machine between two times, in order of sequence."""
+        return self._session.scalars(
+            select(ReadingRow)
+            .where(
+                ReadingRow.source == source,
+                ReadingRow.machine_id == machine_id,
+                ReadingRow.taken_at >= since,
+                ReadingRow.taken_at <= until,
+            )
+            .order_by(ReadingRow.sequence)
+        ).all()
+
+    # ------------------------------------------------------------ stock
+    def move_stock(self, entries: Iterable[Mapping[str, Any]]) -> None:
+        """Write movements of stock."""
+        rows = [dict(entry) for entry in entries]
+        if rows:
+            self._session.execute(insert(StockEntryRow), rows)
+
+    def balances(self, catalogue_id: str) -> dict[int, int]:
+        """Pieces on hand of each item that is counted."""
+        query = (
+            select(StockEntryRow.item, func.sum(StockEntryRow.pieces))
+            .where(StockEntryRow.catalogue_id == catalogue_id)
+            .group_by(StockEntryRow.item)
+        )
+        return {item: int(pieces) for item, pieces in self._session.execute(query)}
+
+    def stock_entries(self, catalogue_id: str) -> Sequence[StockEntryRow]:
+        """All movements of a catalogue's stock, oldest first."""
+        return self._session.scalars(
+            select(StockEntryRow).where(StockEntryRow.catalogue_id == catalogue_id).order_by(StockEntryRow.id)
+        ).all()
+
+    # ------------------------------------------------------------ health
+    def ping(self) -> None:
+        """Ask the engine for a sign of life."""
+        self._session.execute(select(1))
+
+    def _page(self, query: Select[Any], limit: int, offset: int) -> Sequence[Any]:
+        return self._session.scalars(query.limit(limit).offset(offset)).all()
+
+    def _numbered(self, kind: Any, session_id: str) -> Sequence[Any]:
+        return self._session.scalars(select(kind).where(kind.session_id == session_id).order_by(kind.number)).all()
