@@ -6,6 +6,9 @@ Masses in g, unbalance in g.mm, velocities as the sensor states them.
 
 =========== =================================================================
 phasors     degrees and senses at the edge <-> complex numbers inside
+units       quantities, units and detections, and the turn of phase between
+labels      names of runs, planes and sensors in messages
+intervals   confidence interval of an amplitude
 fit         influence coefficients and as-found vibration from runs
 corrections continuous correction masses from a fit
 rotor       reactions of a rigid rotor on two bearings
