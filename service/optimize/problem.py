@@ -1,0 +1,156 @@
+"""A mixed-variable problem: minimise f(x) under g(x) <= 0, some variables continuous, some not.
+
+Populations are arrays (n, d) of real values; a discrete variable takes one of its listed values, a circular one lives
+on a circle, where the last value and the first are neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from service.errors import NumericsError
+
+FloatArray = NDArray[np.float64]
+Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+
+FEASIBILITY = 1e-9
+"""A scaled constraint above this is violated. Not 0: an identity such as F/K + (Fmax - F)/K - Fmax/K leaves 2e-16."""
+
+
+@dataclass(frozen=True)
+class Continuous:
+    """Any value from lower to upper."""
+
+    lower: float
+    upper: float
+
+    def snap(self, x: FloatArray) -> FloatArray:
+        """Clip to the bounds."""
+        return np.clip(x, self.lower, self.upper)
+
+
+@dataclass(frozen=True)
+class Integer:
+    """A whole number from lower to upper, both included."""
+
+    lower: int
+    upper: int
+
+    def snap(self, x: FloatArray) -> FloatArray:
+        """Nearest whole number; halfway goes down."""
+        return np.clip(np.ceil(x - 0.5), self.lower, self.upper)
+
+
+@dataclass(frozen=True)
+class Discrete:
+    """One of the listed values, in ascending order."""
+
+    values: tuple[float, ...]
+
+    @property
+    def lower(self) -> float:
+        """Smallest value."""
+        return self.values[0]
+
+    @property
+    def upper(self) -> float:
+        """Greatest value."""
+        return self.values[-1]
+
+    def snap(self, x: FloatArray) -> FloatArray:
+        """Nearest listed value; halfway goes to the lower one."""
+        allowed = np.asarray(self.values)
+        return np.asarray(allowed[np.searchsorted((allowed[1:] + allowed[:-1]) / 2.0, x, side="left")])
+
+
+@dataclass(frozen=True)
+class Circular:
+    """One of the listed values on a circle of circumference `period`; ascending, 0 <= value < period."""
+
+    values: tuple[float, ...]
+    period: float = 2.0 * math.pi
+
+    @property
+    def lower(self) -> float:
+        """Start of the circle."""
+        return 0.0
+
+    @property
+    def upper(self) -> float:
+        """End of the circle, the same point as its start."""
+        return self.period
+
+    def snap(self, x: FloatArray) -> FloatArray:
+        """Nearest listed value around the circle."""
+        allowed = np.asarray(self.values)
+        between = (np.append(allowed[1:], allowed[0] + self.period) + allowed) / 2.0
+        turned = np.mod(x - (between[-1] - self.period), self.period)
+        chosen = np.searchsorted(between[:-1] - (between[-1] - self.period), turned, side="left")
+        return np.asarray(allowed[chosen])
+
+
+Variable = Continuous | Integer | Discrete | Circular
+
+
+@dataclass(frozen=True)
+class MixedProblem:
+    """Variables, and `evaluate`: (n, d) values -> objective (n,) and scaled constraints (n, c), <= 0 where satisfied.
+
+    repair: (n, d) -> (n, d), an optional last touch that turns a snapped member into a feasible one.
+    """
+
+    variables: tuple[Variable, ...]
+    evaluate: Evaluate
+    repair: Callable[[FloatArray], FloatArray] | None = None
+
+    @property
+    def lower(self) -> FloatArray:
+        """(d,) lower bounds."""
+        return np.array([v.lower for v in self.variables], dtype=np.float64)
+
+    @property
+    def upper(self) -> FloatArray:
+        """(d,) upper bounds."""
+        return np.array([v.upper for v in self.variables], dtype=np.float64)
+
+    @property
+    def periods(self) -> FloatArray:
+        """(d,) circumference of circular variables, 0 for the others."""
+        return np.array([v.period if isinstance(v, Circular) else 0.0 for v in self.variables])
+
+    def snap(self, x: FloatArray) -> FloatArray:
+        """Nearest allowed member, repaired, for each row of x (n, d)."""
+        snapped = np.stack([v.snap(x[:, i]) for i, v in enumerate(self.variables)], axis=1)
+        return self.repair(snapped) if self.repair is not None else snapped
+
+
+def validate(problem: MixedProblem) -> None:
+    """Raise NumericsError for a problem without variables or a variable without an allowed value."""
+    if not problem.variables:
+        raise NumericsError("the problem has no variable: state at least one", field="variables")
+    for number, variable in enumerate(problem.variables):
+        name = f"variable {number}"
+        if isinstance(variable, Discrete | Circular):
+            _listed(variable, name)
+        elif not (math.isfinite(variable.lower) and math.isfinite(variable.upper) and variable.lower <= variable.upper):
+            raise NumericsError(
+                f"{name} ranges from {variable.lower} to {variable.upper}: state finite bounds, the lower one first",
+                field=name,
+            )
+
+
+def _listed(variable: Discrete | Circular, name: str) -> None:
+    values = np.asarray(variable.values, dtype=np.float64)
+    if values.size == 0 or not np.isfinite(values).all() or (np.diff(values) <= 0.0).any():
+        raise NumericsError(f"{name} needs a list of finite values in ascending order, each once", field=name)
+    if isinstance(variable, Circular) and not (values[0] >= 0.0 and values[-1] < variable.period):
+        raise NumericsError(
+            f"{name} has values from {values[0]:g} to {values[-1]:g}: on a circle they lie from 0 to below "
+            f"{variable.period:g}",
+            field=name,
+        )
