@@ -13,6 +13,9 @@ fit         influence coefficients and as-found vibration from runs
 corrections continuous correction masses from a fit
 rotor       reactions of a rigid rotor on two bearings
 selection   the discrete problem: which stock masses in which positions
+checks      what a selection problem must satisfy
+objectives  the norms that a selection is rated by
+placements  vector sums and limits of a selection
 exhaustive  every selection of a small problem, tried
 jaya        modified Jaya on the selection problem
 =========== =================================================================

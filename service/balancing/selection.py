@@ -61,7 +61,10 @@ class SelectionPlane:
 
 @dataclass(frozen=True)
 class Stock:
-    """The box of stock masses, shared by all planes. masses_g: (I,), fasteners_g: (I,) (counted as mass), counts: (I,)."""
+    """The box of stock masses, shared by all planes.
+
+    masses_g: (I,). counts: (I,) pieces of each. fasteners_g: (I,) of each mass's fastener, counted as mass.
+    """
 
     masses_g: FloatArray
     counts: IntArray
