@@ -1,0 +1,46 @@
+"""The errors that drivers raise on purpose; nothing else leaves a driver.
+
+Each message names the value, the rule it breaks and what to do.
+"""
+
+from __future__ import annotations
+
+
+class DriverError(Exception):
+    """Base of every deliberate error of a driver; raised through its children only."""
+
+
+class InvalidSetting(DriverError, ValueError):
+    """A drum, mass, speed, fault or option breaks a rule: unknown plane, negative mass, NaN, a name used twice."""
+
+
+class DriverClosed(DriverError):
+    """Readings asked of a driver that is not open, or a driver opened that is open already."""
+
+
+class BrokenSource(DriverError):
+    """A source breaks its own promise: a sequence number not above the last one, or a time without a zone."""
+
+
+class DeliveryError(DriverError):
+    """Base of the errors on the way out to the service; raised through its children only."""
+
+
+class DeliveryFailed(DeliveryError):
+    """The service was not reached, or could not do it now (5xx, 408, 425, 429): the same batch may be posted again."""
+
+
+class DeliveryRefused(DeliveryError):
+    """The service refused a batch for what is in it (other 3xx and 4xx): posting it again cannot help.
+
+    status: the HTTP status. detail: what the service said, shortened.
+    """
+
+    def __init__(self, message: str, *, status: int, detail: str) -> None:
+        super().__init__(message)
+        self.status = status
+        self.detail = detail
+
+
+class PortUnavailable(DriverError, OSError):
+    """The control port cannot be opened: in use, not permitted, or no such address."""
