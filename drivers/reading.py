@@ -4,26 +4,44 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Annotated, Any, ClassVar
+
+from annotated_types import Ge, Gt, Le, Len, Timezone
+
+_Text = Annotated[str, Len(1, 100)]
 
 
 @dataclass(frozen=True, slots=True)
 class Reading:
     """One sensor at one moment, as its source states it.
 
-    source, sequence: who measured, and a number that the source never uses twice. taken_at: aware, UTC.
-    amplitude: 1x component in the sensor's declared quantity, unit and detection, >= 0. phase_deg: in the machine's
-    phase sense; None where the source has no key-phasor. scatter: standard deviation of the 1x vector per real
-    component, in the amplitude's unit. overall_rms: broadband value, same unit. session_id: None for a source that is
-    bound to a machine.
+    The wire's validator reads the rules and the texts below; the drivers need neither.
     """
 
-    source: str
-    sequence: int
-    taken_at: datetime
-    sensor: str
-    amplitude: float
-    phase_deg: float | None = None
-    speed_rpm: float | None = None
-    scatter: float | None = None
-    overall_rms: float | None = None
+    __pydantic_config__: ClassVar[dict[str, Any]] = {
+        "strict": True,
+        "extra": "forbid",
+        "allow_inf_nan": False,
+        "use_attribute_docstrings": True,
+    }
+
+    source: _Text
+    """Who measured."""
+    sequence: Annotated[int, Ge(0), Le(2**53 - 1)]
+    """A number that the source never uses twice."""
+    taken_at: Annotated[datetime, Timezone(...)]
+    """When, with its zone (RFC 3339)."""
+    sensor: _Text
+    """Sensor of the machine."""
+    amplitude: Annotated[float, Ge(0), Le(1e9)]
+    """1x component in the sensor's declared quantity, unit and detection."""
+    phase_deg: Annotated[float, Ge(-360), Le(360)] | None = None
+    """Phase, degrees, in the machine's phase sense; null where the source has no key-phasor."""
+    speed_rpm: Annotated[float, Gt(0), Le(1e9)] | None = None
+    """Speed, r/min."""
+    scatter: Annotated[float, Gt(0), Le(1e9)] | None = None
+    """Standard deviation of the 1x vector per real component, in the amplitude's unit."""
+    overall_rms: Annotated[float, Ge(0), Le(1e9)] | None = None
+    """Broadband value beside the 1x amplitude, rms, in the sensor's unit."""
     session_id: str | None = None
+    """Session; null for a source that is bound to a machine."""

@@ -109,7 +109,7 @@ class Machine:
     angle_sense: AngleSense = "against_rotation"
     """Sense in which mass angles count from the key-phasor mark."""
     phase_sense: PhaseSense = "lag"
-    """Phase: degrees the rotor turns from the mark passing the pick-up to the next positive peak; lead is its negative."""
+    """lag: degrees the rotor turns from the mark passing the pick-up to the next positive peak; lead: its negative."""
     bearings: Annotated[tuple[Bearing, ...], MAX_LIST] = ()
     """The bearings; without them they stand at the sensors' axial positions."""
     planes: Annotated[tuple[Plane, ...], Len(1, 8)]

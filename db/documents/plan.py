@@ -35,7 +35,7 @@ class PlanRequest:
     correction_id: Name
     """The correction to realise."""
     objective: ObjectiveName
-    """residual_vibration: predicted amplitude over limit; components: unbalance missed, g.mm; bearing_force: Eq 5.14."""
+    """residual_vibration: predicted amplitude over limit; components: unbalance missed; bearing_force: Eq 5.14."""
     norm: NormName | None = None
     """How residual_vibration joins the sensors: sum (default), max or rms of amplitude over limit."""
     weights: Annotated[tuple[Positive, ...], Len(1, 64)] | None = None

@@ -1,0 +1,64 @@
+"""The report of a session: what a certificate and a before/after table are made from."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from db.documents.base import document
+from db.documents.machine import Machine
+from db.documents.plan import BearingForces, Placement, PlanStatus
+from db.documents.session import SessionSummary
+
+
+@document
+class BeforeAfter:
+    """A sensor before and after balancing."""
+
+    sensor: str
+    """Sensor."""
+    unit: str
+    """Unit and detection of the amplitudes, such as mm/s rms."""
+    speed_rpm: float
+    """Nominal speed, r/min."""
+    before: float
+    """1x amplitude of the as-found rotor: first initial run, run-out subtracted."""
+    after: float | None
+    """1x amplitude of the latest check run; null before one."""
+    reduction: float | None
+    """1 - after / before; null where it cannot be known."""
+    limit: float | None
+    """Limit that applies; null without one."""
+    within_limit: bool | None
+    """Whether `after` is within the limit; null where it cannot be known."""
+
+
+@document
+class Report:
+    """The report of a session."""
+
+    session: SessionSummary
+    """The session."""
+    version: str
+    """Version of Drumtrue."""
+    written_at: datetime
+    """When the report was written, UTC."""
+    machine: Machine
+    """The machine with its conventions."""
+    conventions: tuple[str, ...]
+    """The conventions in words."""
+    runs: int
+    """Runs stored."""
+    excluded_runs: tuple[int, ...]
+    """Numbers of the runs that were excluded."""
+    before_after: tuple[BeforeAfter, ...]
+    """Each sensor before and after."""
+    fitted: tuple[Placement, ...]
+    """The stock masses on the drum."""
+    plan_status: PlanStatus | None
+    """What was proved of the plan that is fitted; null without one."""
+    plan_gap: float | None
+    """How much better, at most, another selection could be, in `plan_unit`; null where nothing is proved."""
+    plan_unit: str | None
+    """Unit of the gap."""
+    bearing_forces_n: BearingForces | None
+    """Reactions before and after, N; null where the geometry is not known."""

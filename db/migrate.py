@@ -1,0 +1,51 @@
+"""The schema, through Alembic only."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from alembic import command
+from alembic.autogenerate import compare_metadata
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection
+
+from db.database import Database
+from db.rows import Base
+
+
+def upgrade(database: Database, revision: str = "head") -> None:
+    """Bring the schema up to `revision`, keeping the data."""
+    with database.engine.begin() as connection:
+        command.upgrade(_config(connection), revision)
+
+
+def downgrade(database: Database, revision: str) -> None:
+    """Take the schema back to `revision`; `base` is before the first table."""
+    with database.engine.begin() as connection:
+        command.downgrade(_config(connection), revision)
+
+
+def present_revision(database: Database) -> str | None:
+    """The revision the schema is at; None for an empty database."""
+    with database.engine.connect() as connection:
+        return MigrationContext.configure(connection).get_current_revision()
+
+
+def newest_revision() -> str | None:
+    """The revision this version of Drumtrue needs."""
+    return ScriptDirectory.from_config(_config()).get_current_head()
+
+
+def drift(database: Database) -> list[object]:
+    """Differences between the schema and the tables in `rows`; empty when the migrations are complete."""
+    with database.engine.connect() as connection:
+        return list(compare_metadata(MigrationContext.configure(connection), Base.metadata))
+
+
+def _config(connection: Connection | None = None) -> Config:
+    config = Config()
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+    config.attributes["connection"] = connection
+    return config

@@ -1,0 +1,33 @@
+"""What endpoints are handed."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import Depends, Path, Query, Request
+
+from service.api.problems import Problem
+from service.usecases.work import Work
+
+
+def _work(request: Request) -> Work:
+    work: Work = request.app.state.work
+    return work
+
+
+WorkDep = Annotated[Work, Depends(_work)]
+Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$", description="Identifier.")]
+Limit = Annotated[int, Query(ge=1, le=200, description="How many at most.")]
+Offset = Annotated[int, Query(ge=0, le=1_000_000_000, description="How many to pass over.")]
+
+
+def errors(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """The problems an operation may answer with, for its API document."""
+    words = {
+        400: "The body is not text.",
+        404: "Nothing is stored under an identifier.",
+        409: "The step is out of order, or contradicts what is stored; `advice` says what to do instead.",
+        413: "The body or a list in it is too long.",
+        422: "A value breaks a rule: `field`, `value` and `detail` say which.",
+    }
+    return {status: {"model": Problem, "description": words[status]} for status in (*statuses, 400, 413, 422)}

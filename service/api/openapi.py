@@ -1,0 +1,57 @@
+"""The API document: problems as what they are, and an example for every operation."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from fastapi import FastAPI
+
+from service.api.problems import MEDIA_TYPE
+
+DESCRIPTION = """\
+From vibration readings to the stock masses to bolt on.
+
+Every number is meant in the conventions of its machine: mass angles in degrees from the key-phasor mark in
+`angle_sense`, phases in degrees in `phase_sense`, amplitudes of the 1x component in each sensor's quantity, unit and
+detection. Masses in g, radii and axial positions in mm, unbalance in g.mm, forces in N, speeds in r/min, times in UTC.
+"""
+
+
+def install(app: FastAPI) -> None:
+    """Finish the document that FastAPI makes."""
+    plain = app.openapi
+
+    def finished() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            document = plain()
+            for operations in document["paths"].values():
+                for operation in operations.values():
+                    _finish(operation)
+            document["components"]["schemas"].pop("HTTPValidationError", None)
+            document["components"]["schemas"].pop("ValidationError", None)
+        return app.openapi_schema or {}
+
+    app.openapi = finished  # type: ignore[method-assign]
+
+
+@cache
+def examples() -> dict[str, Any]:
+    """Example of each operation: {operation: {request?, response}}, recorded from a session that really ran."""
+    text = files("service.api").joinpath("examples.json").read_text(encoding="utf-8")
+    loaded: dict[str, Any] = json.loads(text)
+    return loaded
+
+
+def _finish(operation: dict[str, Any]) -> None:
+    example = examples().get(operation["operationId"], {})
+    for status, response in operation["responses"].items():
+        content = response.get("content", {})
+        if status.startswith("4") and "application/json" in content:
+            content[MEDIA_TYPE] = content.pop("application/json")
+        elif status.startswith("2") and "response" in example:
+            content["application/json"]["example"] = example["response"]
+    if "requestBody" in operation and "request" in example:
+        operation["requestBody"]["content"]["application/json"]["example"] = example["request"]

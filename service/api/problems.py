@@ -1,0 +1,156 @@
+"""Every error as problem JSON (RFC 9457): a stable code, the field, the value, the rule, and what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from http import HTTPStatus
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import ValidationError
+from starlette.exceptions import HTTPException
+
+from db.documents.base import document
+from service.api.routing import InvalidBody
+from service.errors import DrumtrueError
+
+MEDIA_TYPE = "application/problem+json"
+_ADVICE = {
+    "json_invalid": "send the body as JSON text in UTF-8",
+    "missing": "state the field",
+    "finite_number": "send a finite number; leave out what was not measured",
+    "unexpected_keyword_argument": "leave the field out; the API document lists the fields that are known",
+}
+_LONGEST_VALUE = 200
+_MOST_ERRORS = 20
+
+
+@document
+class Problem:
+    """An error, as RFC 9457 has it."""
+
+    type: str
+    """Address of the kind of problem: about:blank, `code` tells them apart."""
+    title: str
+    """The HTTP status in words."""
+    status: int
+    """The HTTP status."""
+    code: str
+    """Stable code of the problem."""
+    detail: str
+    """What is wrong: the value and the rule it breaks."""
+    field: str | None
+    """The offending field, such as readings[0].amplitude."""
+    value: Any
+    """The offending value; a number that JSON cannot hold as text."""
+    advice: str | None
+    """What to do about it."""
+    errors: tuple[dict[str, Any], ...] = ()
+    """Where several fields are wrong: each with field, detail, value."""
+
+
+def problem(
+    status: int,
+    code: str,
+    detail: str,
+    *,
+    field: str | None = None,
+    value: object = None,
+    advice: str | None = None,
+    errors: Sequence[dict[str, Any]] = (),
+    headers: Mapping[str, str] | None = None,
+) -> JSONResponse:
+    """A problem as a response."""
+    body = {
+        "type": "about:blank",
+        "title": HTTPStatus(status).phrase,
+        "status": status,
+        "code": code,
+        "detail": detail,
+        "field": field,
+        "value": safe(value),
+        "advice": advice,
+        "errors": list(errors),
+    }
+    return JSONResponse(body, status_code=status, media_type=MEDIA_TYPE, headers=dict(headers or {}))
+
+
+def safe(value: object) -> object:
+    """The value, or its text where JSON cannot hold it or it is long."""
+    if value is None or isinstance(value, bool | int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, list | tuple) and len(value) <= 32 and all(isinstance(v, str | int | float) for v in value):
+        return [safe(v) for v in value]
+    text = value if isinstance(value, str) else repr(value)
+    text = text.encode("utf-8", "replace").decode()
+    return text if len(text) <= _LONGEST_VALUE else text[:_LONGEST_VALUE] + " ..."
+
+
+def install(app: FastAPI) -> None:
+    """Answer every error of the application with a problem."""
+    app.add_exception_handler(DrumtrueError, _deliberate)
+    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(ValidationError, _invalid)
+    app.add_exception_handler(InvalidBody, _invalid)
+    app.add_exception_handler(HTTPException, _http)
+
+
+def _deliberate(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, DrumtrueError)  # noqa: S101
+    return problem(error.status, error.code, error.message, field=error.field, value=error.value, advice=error.advice)
+
+
+def _invalid(_request: Request, error: Exception) -> JSONResponse:
+    if isinstance(error, InvalidBody):
+        listed = error.errors
+    else:
+        assert isinstance(error, RequestValidationError | ValidationError)  # noqa: S101
+        listed = error.errors()
+    found = [_entry(e) for e in listed[:_MOST_ERRORS]]
+    first = found[0]
+    code = "invalid_json" if first["rule"] == "json_invalid" else "invalid_input"
+    return problem(
+        422,
+        code,
+        first["detail"],
+        field=first["field"],
+        value=first["value"],
+        advice=first["advice"],
+        errors=found if len(found) > 1 else (),
+    )
+
+
+def _http(_request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)  # noqa: S101
+    phrase = HTTPStatus(error.status_code).phrase
+    code = phrase.lower().replace(" ", "_").replace("-", "_")
+    advice = "see /docs for the addresses and methods there are" if error.status_code in (404, 405) else None
+    return problem(error.status_code, code, str(error.detail), advice=advice, headers=error.headers)
+
+
+def _entry(error: Mapping[str, Any]) -> dict[str, Any]:
+    rule = str(error["type"])
+    value = None if rule in ("missing", "json_invalid") else safe(error.get("input"))
+    return {
+        "field": _path(error.get("loc", ())),
+        "detail": str(error["msg"]),
+        "value": value,
+        "rule": rule,
+        "advice": _ADVICE.get(rule) or "send a value that keeps the rule",
+    }
+
+
+def _path(location: Sequence[str | int]) -> str | None:
+    """body, readings, 0, amplitude -> readings[0].amplitude."""
+    path = ""
+    for part in location:
+        if isinstance(part, int):
+            path += f"[{part}]"
+        elif part not in ("body", "query", "path", "header"):
+            path += f".{part}" if path else part
+    return path or None

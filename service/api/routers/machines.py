@@ -1,0 +1,69 @@
+"""Machines and boxes of stock masses."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body
+
+from db.documents.machine import Catalogue, CataloguePatch, Machine, StoredCatalogue, StoredMachine
+from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
+from service.api.routing import StrictRoute
+from service.usecases import catalogues, machines
+
+router = APIRouter(route_class=StrictRoute)
+
+
+@router.post("/machines", status_code=201, tags=["machines"], responses=errors(409))
+def create_machine(work: WorkDep, machine: Machine) -> StoredMachine:
+    """Store a machine with its conventions.
+
+    Radii and axial positions in mm (axial from the mass centre), masses in g, rotor mass in kg, speed in r/min, angles
+    in degrees from the key-phasor mark in the machine's `angle_sense`.
+    """
+    return machines.create(work, machine)
+
+
+@router.get("/machines", tags=["machines"], responses=errors())
+def list_machines(work: WorkDep, limit: Limit = 50, offset: Offset = 0) -> tuple[StoredMachine, ...]:
+    """Machines, newest first. Units as in `create_machine`: mm, g, kg, r/min, degrees."""
+    return machines.find(work, limit, offset)
+
+
+@router.get("/machines/{machine_id}", tags=["machines"], responses=errors(404))
+def get_machine(work: WorkDep, machine_id: Key) -> StoredMachine:
+    """One machine. Units as in `create_machine`: mm, g, kg, r/min, degrees."""
+    return machines.get(work, machine_id)
+
+
+@router.patch("/machines/{machine_id}", tags=["machines"], responses=errors(404, 409))
+def change_machine(work: WorkDep, machine_id: Key, patch: Annotated[dict[str, Any], Body()]) -> StoredMachine:
+    """Change a machine by a merge patch (RFC 7396): fields given replace the present ones, null takes one away.
+
+    Sessions keep the copy they were opened with. Units as in `create_machine`: mm, g, kg, r/min, degrees.
+    """
+    return machines.change(work, machine_id, patch)
+
+
+@router.post("/catalogues", status_code=201, tags=["catalogues"], responses=errors(409))
+def create_catalogue(work: WorkDep, catalogue: Catalogue) -> StoredCatalogue:
+    """Store a box of stock masses. Masses in g; `count` in pieces, null where unlimited."""
+    return catalogues.create(work, catalogue)
+
+
+@router.get("/catalogues", tags=["catalogues"], responses=errors())
+def list_catalogues(work: WorkDep, limit: Limit = 50, offset: Offset = 0) -> tuple[StoredCatalogue, ...]:
+    """Boxes, newest first, with what is left in each. Masses in g, stock in pieces."""
+    return catalogues.find(work, limit, offset)
+
+
+@router.get("/catalogues/{catalogue_id}", tags=["catalogues"], responses=errors(404))
+def get_catalogue(work: WorkDep, catalogue_id: Key) -> StoredCatalogue:
+    """One box with what is left in it. Masses in g, stock in pieces."""
+    return catalogues.get(work, catalogue_id)
+
+
+@router.patch("/catalogues/{catalogue_id}", tags=["catalogues"], responses=errors(404, 409))
+def change_catalogue(work: WorkDep, catalogue_id: Key, patch: CataloguePatch) -> StoredCatalogue:
+    """Rename a box, book pieces received, or book a count. Masses in g, stock in pieces."""
+    return catalogues.change(work, catalogue_id, patch)

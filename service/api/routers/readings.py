@@ -1,0 +1,56 @@
+"""Readings and answers that bridges send."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from annotated_types import Len
+from fastapi import APIRouter, Path
+
+from db.documents.base import Name, document
+from db.documents.run import BalancerAnswer
+from drivers.reading import Reading
+from service.api.dependencies import WorkDep, errors
+from service.api.routing import StrictRoute
+from service.usecases import readings
+from service.usecases.readings import Receipt, Source, StoredAnswer
+
+router = APIRouter(route_class=StrictRoute)
+
+
+@document
+class Binding:
+    """The machine a source is mounted on."""
+
+    machine_id: Name
+    """Machine."""
+
+
+@router.post("/readings", status_code=201, tags=["readings"], responses=errors(404, 409))
+def add_readings(work: WorkDep, body: Annotated[list[Reading], Len(min_length=1)] | Reading) -> Receipt:
+    """Store one reading or a list, all or none; sent again, they are stored once.
+
+    Amplitude and scatter in the sensor's unit and detection, phase in degrees in the machine's `phase_sense`, speed in
+    r/min, times in UTC (RFC 3339).
+    """
+    return readings.ingest(work, [body] if isinstance(body, Reading) else body)
+
+
+@router.post("/balancer-answers", status_code=201, tags=["readings"], responses=errors(404, 409))
+def add_answer(work: WorkDep, answer: BalancerAnswer) -> StoredAnswer:
+    """Store the continuous correction masses a balancer computed. Masses in g, angles in degrees."""
+    return readings.ingest_answer(work, answer)
+
+
+@router.get("/sources", tags=["readings"], responses=errors())
+def list_sources(work: WorkDep) -> tuple[Source, ...]:
+    """Bound sources, by name. Times in UTC; there is no quantity with a unit."""
+    return readings.sources(work)
+
+
+@router.put("/sources/{name}", tags=["readings"], responses=errors(404))
+def bind_source(
+    work: WorkDep, name: Annotated[str, Path(min_length=1, max_length=100, description="The source.")], binding: Binding
+) -> Source:
+    """Bind a source to the machine it is mounted on. There is no quantity with a unit."""
+    return readings.bind(work, name, binding.machine_id)

@@ -1,0 +1,126 @@
+"""Sessions with their runs, corrections and plans."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from db.documents.correction import Correction, CorrectionRequest
+from db.documents.plan import FittedRequest, Plan, PlanRequest
+from db.documents.report import Report
+from db.documents.run import Run, RunPatch, RunRequest
+from db.documents.session import Session, SessionLog, SessionPatch, SessionRequest, SessionState, SessionSummary
+from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
+from service.api.routing import StrictRoute
+from service.usecases import corrections, plans, reports, runs, sessions
+
+router = APIRouter(route_class=StrictRoute)
+
+
+@router.post("/sessions", status_code=201, tags=["sessions"], responses=errors(404))
+def open_session(work: WorkDep, session: SessionRequest) -> Session:
+    """Open a session on a machine, whose conventions are copied into it.
+
+    Run-out amplitudes in each sensor's own unit, phases in degrees in the machine's `phase_sense`.
+    """
+    return sessions.open_on(work, session)
+
+
+@router.get("/sessions", tags=["sessions"], responses=errors())
+def list_sessions(
+    work: WorkDep,
+    limit: Limit = 50,
+    offset: Offset = 0,
+    machine_id: Annotated[str | None, Query(max_length=32, description="Only of this machine.")] = None,
+    state: Annotated[SessionState | None, Query(description="Only in this state.")] = None,
+) -> tuple[SessionSummary, ...]:
+    """Sessions, newest first. Times in UTC (RFC 3339); a summary has no quantity with a unit."""
+    return sessions.find(work, limit, offset, machine_id=machine_id, state=state)
+
+
+@router.get("/sessions/{session_id}", tags=["sessions"], responses=errors(404))
+def get_session(work: WorkDep, session_id: Key) -> Session:
+    """A session with its runs, corrections and plans, and the next step.
+
+    Masses in g, unbalance in g.mm, angles and phases in degrees in the machine's senses, amplitudes in each sensor's
+    unit and detection.
+    """
+    return sessions.get(work, session_id)
+
+
+@router.patch("/sessions/{session_id}", tags=["sessions"], responses=errors(404, 409))
+def change_session(work: WorkDep, session_id: Key, patch: SessionPatch) -> Session:
+    """Close a session, or change its box, technician or note. Units as in `get_session`."""
+    return sessions.change(work, session_id, patch)
+
+
+@router.get("/sessions/{session_id}/log", tags=["sessions"], responses=errors(404))
+def get_log(work: WorkDep, session_id: Key) -> SessionLog:
+    """The session as one document that `drumtrue solve` takes as it is. Units as in `get_session`."""
+    return sessions.log(work, session_id)
+
+
+@router.get("/sessions/{session_id}/report.json", tags=["sessions"], responses=errors(404))
+def get_report(work: WorkDep, session_id: Key) -> Report:
+    """Before and after, masses and holes, and what is proved.
+
+    Amplitudes in each sensor's unit and detection, masses in g, angles in degrees, forces in N.
+    """
+    return reports.report(work, session_id)
+
+
+@router.post("/sessions/{session_id}/runs", status_code=201, tags=["runs"], responses=errors(404, 409))
+def add_run(work: WorkDep, session_id: Key, run: RunRequest) -> Run:
+    """Store a run: ALL masses on the rotor during it, relative to the as-found rotor, and what the sensors said.
+
+    Masses in g, angles and phases in degrees in the machine's senses, amplitude and scatter in the sensor's unit and
+    detection, speed in r/min.
+    """
+    return runs.add(work, session_id, run)
+
+
+@router.patch("/sessions/{session_id}/runs/{run_id}", tags=["runs"], responses=errors(404, 409))
+def change_run(work: WorkDep, session_id: Key, run_id: Key, patch: RunPatch) -> Run:
+    """Exclude a mistyped run, or take it in again; nothing is erased. Units as in `add_run`."""
+    return runs.change(work, session_id, run_id, patch)
+
+
+@router.post("/sessions/{session_id}/corrections", status_code=201, tags=["corrections"], responses=errors(404, 409))
+def add_correction(work: WorkDep, session_id: Key, correction: CorrectionRequest) -> Correction:
+    """Compute the continuous correction masses: the TOTAL to have on the as-found rotor, trial masses off.
+
+    Masses in g, unbalance in g.mm, angles and phases in degrees, influence in the sensor's unit per g.
+    """
+    return corrections.add(work, session_id, correction)
+
+
+@router.post("/sessions/{session_id}/plans", status_code=201, tags=["plans"], responses=errors(404, 409))
+def add_plan(work: WorkDep, session_id: Key, plan: PlanRequest) -> Plan:
+    """Choose which stock masses go into which holes; an infeasible problem is answered with its reason.
+
+    Masses in g, positions in degrees and as hole labels, objective in `objective_unit`, amplitudes in each sensor's
+    unit, bearing forces in N, times in s.
+    """
+    return plans.propose(work, session_id, plan)
+
+
+@router.get("/plans/{plan_id}", tags=["plans"], responses=errors(404))
+def get_plan(work: WorkDep, plan_id: Key) -> Plan:
+    """One plan. Units as in `add_plan`: g, degrees, the objective's unit, N, s."""
+    return plans.get(work, plan_id)
+
+
+@router.post("/plans/{plan_id}/fitted", tags=["plans"], responses=errors(404, 409))
+def fit_plan(work: WorkDep, plan_id: Key, fitted: FittedRequest) -> Plan:
+    """Report the masses of a plan bolted on: they leave the stock, all or none.
+
+    Masses in g, positions in degrees; where `actual` differs from the plan, its predictions are made again.
+    """
+    return plans.fitted(work, plan_id, fitted)
+
+
+@router.post("/plans/{plan_id}/unfit", tags=["plans"], responses=errors(404, 409))
+def unfit_plan(work: WorkDep, plan_id: Key) -> Plan:
+    """Report the masses of the fitted plan taken off: they go back to stock. Masses in g, positions in degrees."""
+    return plans.unfit(work, plan_id)

@@ -1,0 +1,44 @@
+"""The application: lifespan, mounts, error documents."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from fastapi import FastAPI
+
+from service import bootstrap
+from service.api import openapi, problems
+from service.api.limits import BodyLimit
+from service.api.routers import health, machines, readings, sessions
+from service.settings import Settings
+from service.usecases.work import Work
+from service.version import __version__
+
+PREFIX = "/api/v1"
+
+
+def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
+    """The application over a database; a `work` handed in is used as it is and closed by its owner."""
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        app.state.work = work or bootstrap.build_work(settings)
+        yield
+        if work is None:
+            app.state.work.database.close()
+
+    app = FastAPI(
+        title="Drumtrue",
+        version=__version__,
+        description=openapi.DESCRIPTION,
+        lifespan=lifespan,
+        generate_unique_id_function=lambda route: route.name,
+    )
+    app.add_middleware(BodyLimit, most=settings.max_body_bytes)
+    problems.install(app)
+    for router in (machines.router, sessions.router, readings.router, health.router):
+        app.include_router(router, prefix=PREFIX)
+    app.include_router(health.router, include_in_schema=False)
+    openapi.install(app)
+    return app

@@ -1,0 +1,29 @@
+"""Settings of a running service: from the command line, else the environment, else the defaults here."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+DEFAULT_DATABASE = Path.home() / ".local" / "share" / "drumtrue" / "drumtrue.db"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a deployment may choose.
+
+    database_url: SQLAlchemy address; SQLite file or PostgreSQL (`postgresql+psycopg://...`). max_body_bytes: longest
+    request body. max_readings: longest list of readings in one request.
+    """
+
+    database_url: str = f"sqlite:///{DEFAULT_DATABASE}"
+    max_body_bytes: int = 4 * 1024 * 1024
+    max_readings: int = 10_000
+
+    @staticmethod
+    def from_environment(environment: Mapping[str, str] = os.environ, *, database_url: str | None = None) -> Settings:
+        """Settings from `DRUMTRUE_DATABASE_URL`, unless the caller states the address."""
+        url = database_url or environment.get("DRUMTRUE_DATABASE_URL")
+        return Settings() if url is None else Settings(database_url=url)

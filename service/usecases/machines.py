@@ -1,0 +1,65 @@
+"""Machines: stored whole, changed by a merge patch; open sessions keep their own copy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from db.documents.base import adapter, to_plain, write_json
+from db.documents.machine import Machine, StoredMachine
+from db.rows import MachineRow
+from service.errors import Conflict
+from service.usecases.rules import normalised
+from service.usecases.work import Work, require
+
+
+def create(work: Work, machine: Machine) -> StoredMachine:
+    """Store a machine. Raises InvalidInput where a rule is broken, Conflict where the name is taken."""
+    checked = normalised(machine)
+    with work.database.write() as store:
+        if store.machine_named(checked.name) is not None:
+            raise name_taken("machine", checked.name)
+        now = work.now()
+        row = MachineRow(id=work.new_id(), name=checked.name, spec=checked, created_at=now, updated_at=now)
+        store.add(row)
+        return _view(row)
+
+
+def get(work: Work, machine_id: str) -> StoredMachine:
+    """One machine. Raises NotFound."""
+    with work.database.read() as store:
+        return _view(require(store, MachineRow, machine_id))
+
+
+def find(work: Work, limit: int, offset: int) -> tuple[StoredMachine, ...]:
+    """Machines, newest first."""
+    with work.database.read() as store:
+        return tuple(_view(row) for row in store.machines(limit, offset))
+
+
+def change(work: Work, machine_id: str, patch: Mapping[str, Any]) -> StoredMachine:
+    """Merge `patch` into a machine (RFC 7396, top level). Raises ValidationError or InvalidInput, nothing stored."""
+    with work.database.write() as store:
+        row = require(store, MachineRow, machine_id, lock=True)
+        merged = {key: value for key, value in {**to_plain(row.spec), **patch}.items() if value is not None}
+        machine = normalised(adapter(Machine).validate_json(write_json(merged, dict[str, Any])))
+        other = store.machine_named(machine.name)
+        if other is not None and other.id != row.id:
+            raise name_taken("machine", machine.name)
+        row.spec, row.name, row.updated_at = machine, machine.name, work.now()
+        return _view(row)
+
+
+def name_taken(noun: str, name: str) -> Conflict:
+    """The error for a name that is used already."""
+    return Conflict(
+        f"there is a {noun} named {name!r} already",
+        code="name_taken",
+        field="name",
+        value=name,
+        advice=f"use that {noun}, or choose another name",
+    )
+
+
+def _view(row: MachineRow) -> StoredMachine:
+    return StoredMachine(**vars(row.spec), id=row.id, created_at=row.created_at, updated_at=row.updated_at)

@@ -1,0 +1,212 @@
+"""Plans: proposed, fitted from stock, taken off again."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+from db.documents.machine import CatalogueItem, Machine
+from db.documents.plan import ActualPlacement, FittedRequest, Placement, Plan, PlanInputs, PlanRequest
+from db.rows import CatalogueRow, CorrectionRow, PlanRow, SessionRow
+from db.store import Store
+from service.errors import Conflict, InvalidInput, OutOfOrder
+from service.usecases import catalogues, states
+from service.usecases.rules import hole_label, plane_index, position_index
+from service.usecases.selecting import Ground, in_order, refitted, solve_plan
+from service.usecases.work import Work, require
+from service.version import __version__
+
+
+def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
+    """Choose stock masses and positions for a correction; infeasible is an answer.
+
+    The selection is solved between two units of work, so that nobody waits for it. Raises InvalidInput, NotFound,
+    OutOfOrder, or Conflict for a correction that is out of date.
+    """
+    with work.database.read() as store:
+        session = require(store, SessionRow, session_id)
+        states.after(session, "plan")
+        ground = _ground(store, session, request.correction_id, request.base == "present")
+        if ground.correction.stale:
+            raise Conflict(
+                "a run was added or excluded since this correction",
+                code="correction_stale",
+                field="correction_id",
+                value=request.correction_id,
+                advice="ask for corrections again, then plan with the new one",
+            )
+    plan = solve_plan(
+        ground,
+        request,
+        number=0,
+        key=work.new_id(),
+        session_id=session_id,
+        at=work.now(),
+        monotonic=work.monotonic,
+    )
+    with work.database.write() as store:
+        session = require(store, SessionRow, session_id, lock=True)
+        state = states.after(session, "plan")
+        now_stale = require(store, CorrectionRow, request.correction_id).correction.stale
+        plan = replace(plan, number=len(store.plans(session_id)) + 1, stale=now_stale)
+        store.add(PlanRow(id=plan.id, session_id=session_id, number=plan.number, plan=plan))
+        session.state = state
+        return plan
+
+
+def get(work: Work, plan_id: str) -> Plan:
+    """One plan. Raises NotFound."""
+    with work.database.read() as store:
+        return require(store, PlanRow, plan_id).plan
+
+
+def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
+    """Take the masses from stock, all or none; pieces of the plan fitted before go back or stay.
+
+    Raises Conflict where the box holds too few, OutOfOrder for a plan that cannot be fitted, InvalidInput for a piece
+    at an angle that is no position or a mass that is not in the box.
+    """
+    with work.database.write() as store:
+        row, session, box = _locked(store, plan_id)
+        state = states.after(session, "fitted")
+        _require_fittable(row.plan, request)
+        ground = _ground(store, session, row.plan.correction_id, False)
+        actual = row.plan.placements
+        if request.actual is not None:
+            actual = _actual(ground.machine, ground.items, request.actual)
+        before = None if session.fitted_plan_id is None else require(store, PlanRow, session.fitted_plan_id)
+        back = () if before is None else before.plan.fitted or ()
+        catalogues.exchange(work, store, box, back=back, out=actual, session_id=session.id, plan_id=row.id)
+        if before is not None:
+            before.plan = replace(before.plan, state="replaced")
+        row.plan = replace(refitted(ground, row.plan, actual), state="fitted")
+        session.fitted_plan_id, session.state = row.id, state
+        return row.plan
+
+
+def unfit(work: Work, plan_id: str) -> Plan:
+    """Return the masses of the fitted plan to stock: the rotor is as found again.
+
+    Raises OutOfOrder where the plan is not the one that is fitted.
+    """
+    with work.database.write() as store:
+        row, session, box = _locked(store, plan_id)
+        state = states.after(session, "unfit")
+        if session.fitted_plan_id != row.id:
+            raise OutOfOrder(
+                f"plan {row.plan.number} is not fitted (it is {row.plan.state})",
+                field="plan_id",
+                value=plan_id,
+                advice="take off the plan that is fitted, see the session's fitted_plan_id",
+            )
+        back = row.plan.fitted or ()
+        catalogues.exchange(work, store, box, back=back, out=(), session_id=session.id, plan_id=row.id)
+        row.plan = replace(row.plan, state="unfitted", fitted=None)
+        session.fitted_plan_id, session.state = None, state
+        return row.plan
+
+
+def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool) -> Ground:
+    """What a plan of this session is made on."""
+    if session.catalogue_id is None:
+        raise OutOfOrder(
+            "the session has no box of stock masses",
+            code="catalogue_missing",
+            field="catalogue_id",
+            value=None,
+            advice="give it one: PATCH /sessions/{id} {catalogue_id}",
+        )
+    correction = require(store, CorrectionRow, correction_id)
+    if correction.session_id != session.id:
+        raise Conflict(
+            f"correction {correction_id!r} belongs to another session",
+            code="correction_of_other_session",
+            field="correction_id",
+            value=correction_id,
+            advice="take a correction of this session",
+        )
+    box = require(store, CatalogueRow, session.catalogue_id)
+    present: tuple[Placement, ...] = ()
+    if session.fitted_plan_id is not None:
+        present = require(store, PlanRow, session.fitted_plan_id).plan.fitted or ()
+    counts = catalogues.on_hand(store, box)
+    if not keep:
+        # Pieces of the fitted plan may all come off, so they count as on hand.
+        fitted_now = Counter(catalogues.item_of(box.items, p.mass_g, "placements") for p in present)
+        counts = tuple(None if n is None else n + fitted_now[i] for i, n in enumerate(counts))
+    return Ground(
+        machine=session.machine,
+        items=box.items,
+        runs=tuple(row.run for row in store.runs(session.id)),
+        run_out=session.run_out,
+        correction=correction.correction,
+        inputs=PlanInputs(counts=counts, kept=present if keep else (), on_rotor=present, version=__version__),
+    )
+
+
+def _locked(store: Store, plan_id: str) -> tuple[PlanRow, SessionRow, CatalogueRow]:
+    """Plan, session and box, locked in the one order that all writers keep."""
+    found = require(store, PlanRow, plan_id)
+    session = require(store, SessionRow, found.session_id, lock=True)
+    box = require(store, CatalogueRow, session.catalogue_id or "", lock=True)
+    return require(store, PlanRow, plan_id, lock=True), session, box
+
+
+def _require_fittable(plan: Plan, request: FittedRequest) -> None:
+    if plan.status == "infeasible" and request.actual is None:
+        raise OutOfOrder(
+            f"plan {plan.number} has no placements: {plan.reason}",
+            code="plan_infeasible",
+            field="plan_id",
+            value=plan.id,
+            advice="change what its reason says, and plan again",
+        )
+    if plan.state not in ("proposed", "unfitted", "replaced"):
+        raise OutOfOrder(
+            f"plan {plan.number} is {plan.state} already",
+            code="plan_fitted",
+            field="plan_id",
+            value=plan.id,
+            advice="take a check run; to correct what was entered, unfit it first",
+        )
+    if plan.stale and not request.accept_stale:
+        raise Conflict(
+            f"a run was added or excluded since plan {plan.number}",
+            code="plan_stale",
+            field="plan_id",
+            value=plan.id,
+            advice="ask for corrections and a plan again; if its masses are on the drum, send accept_stale: true",
+        )
+
+
+def _actual(
+    machine: Machine, items: tuple[CatalogueItem, ...], actual: tuple[ActualPlacement, ...]
+) -> tuple[Placement, ...]:
+    out: list[Placement] = []
+    room: Counter[tuple[int, int]] = Counter()
+    for index, piece in enumerate(actual):
+        where = f"actual[{index}]"
+        p = plane_index(machine, piece.plane, f"{where}.plane")
+        plane = machine.planes[p]
+        position = position_index(plane, piece.position_deg, f"{where}.position_deg")
+        item = items[catalogues.item_of(items, piece.mass_g, f"{where}.mass_g")]
+        room[p, position] += 1
+        if room[p, position] > plane.masses_per_position:
+            raise InvalidInput(
+                f"hole {hole_label(plane, position)} of {plane.name} takes {plane.masses_per_position} masses",
+                code="hole_full",
+                field=f"{where}.position_deg",
+                value=piece.position_deg,
+                advice="state where each piece sits; if the hole really takes more, change the machine",
+            )
+        out.append(
+            Placement(
+                plane=plane.name,
+                position_deg=plane.positions_deg[position],
+                hole=hole_label(plane, position),
+                mass_g=item.mass_g,
+                fastener_g=item.fastener_g,
+                weighed_g=piece.weighed_g,
+            )
+        )
+    return in_order(machine, out)

@@ -1,0 +1,203 @@
+"""Readings and balancer answers from bridges: stored once however often they are sent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+from db.documents.base import document
+from db.documents.run import BalancerAnswer
+from db.rows import BalancerAnswerRow, MachineRow, ReadingRow, SessionRow, SourceRow
+from db.store import Store
+from drivers.reading import Reading
+from service.errors import Conflict, NotFound, TooLarge
+from service.usecases import states
+from service.usecases.rules import check_masses, sensor_index
+from service.usecases.work import Work, require
+
+
+@document
+class Receipt:
+    """What became of readings sent in bulk."""
+
+    accepted: int
+    """Readings stored now."""
+    duplicates: int
+    """Readings that were stored before, with the same contents."""
+
+
+@document
+class Source:
+    """A source of readings and the machine it is mounted on."""
+
+    name: str
+    """Name of the source."""
+    machine_id: str
+    """Machine."""
+    bound_at: datetime
+    """When it was bound, UTC."""
+
+
+@document
+class StoredAnswer:
+    """A balancer's answer as it is stored."""
+
+    id: str
+    """Identifier, for a correction of source balancer."""
+    session_id: str | None
+    """Session it is meant for."""
+    accepted: bool
+    """False: it was stored before."""
+
+
+def bind(work: Work, name: str, machine_id: str) -> Source:
+    """Bind a source to the machine it is mounted on. Raises NotFound."""
+    with work.database.write() as store:
+        require(store, MachineRow, machine_id)
+        row = store.get(SourceRow, name)
+        if row is None:
+            row = SourceRow(name=name, machine_id=machine_id, bound_at=work.now())
+            store.add(row)
+        else:
+            row.machine_id, row.bound_at = machine_id, work.now()
+        return Source(name=row.name, machine_id=row.machine_id, bound_at=row.bound_at)
+
+
+def sources(work: Work) -> tuple[Source, ...]:
+    """Bound sources, by name."""
+    with work.database.read() as store:
+        return tuple(Source(name=r.name, machine_id=r.machine_id, bound_at=r.bound_at) for r in store.sources())
+
+
+def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
+    """Store readings, all or none; a repeated (source, sequence) with the same contents counts as a duplicate.
+
+    Raises NotFound for an unknown session or an unbound source, InvalidInput for an unknown sensor, Conflict where a
+    source and a session belong to different machines or a sequence number comes back with other contents, and TooLarge
+    for too long a list.
+    """
+    if len(readings) > work.max_readings:
+        raise TooLarge(
+            f"{len(readings)} readings in one request; {work.max_readings} are the most",
+            value=len(readings),
+            advice="send them in smaller batches",
+        )
+    with work.database.write() as store:
+        rows: dict[tuple[str, int], dict[str, Any]] = {}
+        targets = _Targets(store)
+        for index, reading in enumerate(readings):
+            row = _row(targets, reading, f"[{index}]")
+            key = (reading.source, reading.sequence)
+            if rows.setdefault(key, row) != row:
+                raise _reused(key, f"[{index}].sequence")
+        known = store.known(ReadingRow, list(rows))
+        for key, stored in known.items():
+            if any(getattr(stored, name) != value for name, value in rows[key].items()):
+                raise _reused(key, "sequence")
+        fresh = [row for key, row in rows.items() if key not in known]
+        if fresh:
+            store.add_new(ReadingRow, fresh)
+        return Receipt(accepted=len(fresh), duplicates=len(readings) - len(fresh))
+
+
+def ingest_answer(work: Work, answer: BalancerAnswer) -> StoredAnswer:
+    """Store a balancer's answer once. Raises as `ingest` does."""
+    with work.database.write() as store:
+        targets = _Targets(store)
+        machine_id = targets.machine_of(answer.source, answer.session_id, "session_id")
+        check_masses(targets.machine(machine_id), answer.masses)
+        session_id = answer.session_id or next((s.id for s in store.open_sessions(machine_id)), None)
+        key = (answer.source, answer.sequence)
+        stored = store.known(BalancerAnswerRow, [key]).get(key)
+        if isinstance(stored, BalancerAnswerRow):
+            if (stored.taken_at, stored.masses) != (answer.taken_at, answer.masses):
+                raise _reused(key, "sequence")
+            return StoredAnswer(id=stored.id, session_id=stored.session_id, accepted=False)
+        row = BalancerAnswerRow(
+            id=work.new_id(),
+            source=answer.source,
+            sequence=answer.sequence,
+            machine_id=machine_id,
+            session_id=session_id,
+            taken_at=answer.taken_at,
+            masses=answer.masses,
+        )
+        store.add(row)
+        return StoredAnswer(id=row.id, session_id=session_id, accepted=True)
+
+
+class _Targets:
+    """Which machine a reading belongs to, looked up once per source and session."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._of: dict[tuple[str, str | None], str] = {}
+        self._sensors: dict[str, set[str]] = {}
+
+    def machine_of(self, source: str, session_id: str | None, field: str) -> str:
+        key = (source, session_id)
+        if key not in self._of:
+            self._of[key] = self._look_up(source, session_id, field)
+        return self._of[key]
+
+    def machine(self, machine_id: str) -> Any:
+        return require(self._store, MachineRow, machine_id).spec
+
+    def check_sensor(self, machine_id: str, sensor: str, field: str) -> None:
+        if machine_id not in self._sensors:
+            self._sensors[machine_id] = {s.name for s in self.machine(machine_id).sensors}
+        if sensor not in self._sensors[machine_id]:
+            sensor_index(self.machine(machine_id), sensor, field)
+
+    def _look_up(self, source: str, session_id: str | None, field: str) -> str:
+        bound = self._store.get(SourceRow, source)
+        if session_id is None:
+            if bound is None:
+                raise NotFound(
+                    f"source {source!r} is bound to no machine",
+                    code="source_not_bound",
+                    field=field,
+                    value=source,
+                    advice="bind it first (PUT /sources/{name}), or state the session_id",
+                )
+            return bound.machine_id
+        session = require(self._store, SessionRow, session_id)
+        states.after(session, "run")
+        if bound is not None and bound.machine_id != session.machine_id:
+            raise Conflict(
+                f"source {source!r} is bound to another machine than session {session_id}",
+                code="source_of_other_machine",
+                field=field,
+                value=session_id,
+                advice="leave session_id out, or bind the source to the session's machine",
+            )
+        return session.machine_id
+
+
+def _row(targets: _Targets, reading: Reading, where: str) -> dict[str, Any]:
+    machine_id = targets.machine_of(reading.source, reading.session_id, f"{where}.session_id")
+    targets.check_sensor(machine_id, reading.sensor, f"{where}.sensor")
+    return {
+        "source": reading.source,
+        "sequence": reading.sequence,
+        "machine_id": machine_id,
+        "session_id": reading.session_id,
+        "taken_at": reading.taken_at,
+        "sensor": reading.sensor,
+        "amplitude": reading.amplitude,
+        "phase_deg": reading.phase_deg,
+        "speed_rpm": reading.speed_rpm,
+        "scatter": reading.scatter,
+        "overall_rms": reading.overall_rms,
+    }
+
+
+def _reused(key: tuple[str, int], field: str) -> Conflict:
+    return Conflict(
+        f"source {key[0]!r} used sequence {key[1]} before, with other contents",
+        code="sequence_reused",
+        field=field,
+        value=key[1],
+        advice="a source counts on from its last number; give a restarted source a new name",
+    )

@@ -1,0 +1,120 @@
+"""Sessions: opened on a machine, read whole, changed a little, closed for good."""
+
+from __future__ import annotations
+
+from db.documents.machine import Catalogue
+from db.documents.session import Session, SessionLog, SessionPatch, SessionRequest, SessionSummary
+from db.rows import CatalogueRow, MachineRow, SessionRow
+from db.store import Store
+from service.errors import Conflict
+from service.usecases import states
+from service.usecases.rules import sensor_index
+from service.usecases.work import Work, require
+from service.version import __version__
+
+
+def open_on(work: Work, request: SessionRequest) -> Session:
+    """Open a session; the machine is copied into it as it is now. Raises NotFound or InvalidInput."""
+    with work.database.write() as store:
+        machine = require(store, MachineRow, request.machine_id)
+        if request.catalogue_id is not None:
+            require(store, CatalogueRow, request.catalogue_id)
+        for index, entry in enumerate(request.run_out):
+            sensor_index(machine.spec, entry.sensor, f"run_out[{index}].sensor")
+        row = SessionRow(
+            id=work.new_id(),
+            machine_id=machine.id,
+            machine_name=machine.name,
+            machine=machine.spec,
+            catalogue_id=request.catalogue_id,
+            state="open",
+            technician=request.technician,
+            note=request.note,
+            run_out=request.run_out,
+            fitted_plan_id=None,
+            created_at=work.now(),
+            closed_at=None,
+        )
+        store.add(row)
+        return _view(store, row)
+
+
+def get(work: Work, session_id: str) -> Session:
+    """A session with all its runs, corrections and plans. Raises NotFound."""
+    with work.database.read() as store:
+        return _view(store, require(store, SessionRow, session_id))
+
+
+def find(
+    work: Work, limit: int, offset: int, *, machine_id: str | None = None, state: str | None = None
+) -> tuple[SessionSummary, ...]:
+    """Sessions, newest first, of a machine or in a state."""
+    with work.database.read() as store:
+        return tuple(_summary(row) for row in store.sessions(limit, offset, machine_id=machine_id, state=state))
+
+
+def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
+    """Close a session, or change box, technician or note. Raises OutOfOrder once it is closed."""
+    with work.database.write() as store:
+        row = require(store, SessionRow, session_id, lock=True)
+        closed = states.after(row, "close")
+        if patch.catalogue_id is not None and patch.catalogue_id != row.catalogue_id:
+            if row.fitted_plan_id is not None:
+                raise Conflict(
+                    "masses of the present box are fitted",
+                    code="plan_fitted",
+                    field="catalogue_id",
+                    value=patch.catalogue_id,
+                    advice="report them taken off first (unfit the plan), then change the box",
+                )
+            row.catalogue_id = require(store, CatalogueRow, patch.catalogue_id).id
+        row.technician = row.technician if patch.technician is None else patch.technician
+        row.note = row.note if patch.note is None else patch.note
+        if patch.state is not None:
+            row.state, row.closed_at = closed, work.now()
+        return _view(store, row)
+
+
+def log(work: Work, session_id: str) -> SessionLog:
+    """The session as one document that gives its answers again. Raises NotFound."""
+    with work.database.read() as store:
+        row = require(store, SessionRow, session_id)
+        view = _view(store, row)
+        box = None if row.catalogue_id is None else require(store, CatalogueRow, row.catalogue_id)
+        return SessionLog(
+            version=__version__,
+            session_id=row.id,
+            machine=row.machine,
+            catalogue=None if box is None else Catalogue(name=box.name, items=box.items),
+            run_out=row.run_out,
+            runs=view.runs,
+            corrections=view.corrections,
+            plans=view.plans,
+        )
+
+
+def _view(store: Store, row: SessionRow) -> Session:
+    return Session(
+        **vars(_summary(row)),
+        next_step=states.next_step(row.state),
+        machine=row.machine,
+        run_out=row.run_out,
+        runs=tuple(r.run for r in store.runs(row.id)),
+        corrections=tuple(c.correction for c in store.corrections(row.id)),
+        plans=tuple(p.plan for p in store.plans(row.id)),
+        fitted_plan_id=row.fitted_plan_id,
+    )
+
+
+def _summary(row: SessionRow) -> SessionSummary:
+    return SessionSummary(
+        id=row.id,
+        state=row.state,  # type: ignore[arg-type]
+        machine_id=row.machine_id,
+        machine_name=row.machine_name,
+        catalogue_id=row.catalogue_id,
+        technician=row.technician,
+        note=row.note,
+        created_at=row.created_at,
+        closed_at=row.closed_at,
+    )

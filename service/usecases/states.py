@@ -1,0 +1,56 @@
+"""The session as a state machine: what may follow what, and what to do instead."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from db.documents.session import SessionState
+from db.rows import SessionRow
+from service.errors import OutOfOrder
+
+Event = Literal["run", "check", "correction", "plan", "fitted", "unfit", "close"]
+
+_AFTER: dict[Event, SessionState] = {
+    "check": "checked",
+    "correction": "corrected",
+    "plan": "planned",
+    "fitted": "fitted",
+    "unfit": "planned",
+    "close": "closed",
+}
+
+_NEXT: dict[str, str] = {
+    "open": "take an initial run and a trial run in each plane, then ask for corrections",
+    "corrected": "ask for a plan: which stock masses go into which holes",
+    "planned": "stop and lock the machine, fit the masses of the plan, then report them fitted",
+    "fitted": "take a check run",
+    "checked": "close the session, or ask for corrections again to trim",
+    "closed": "the session is finished; open a new one to go on",
+}
+
+
+def next_step(state: str) -> str:
+    """What to do next, in a sentence."""
+    return _NEXT[state]
+
+
+def after(session: SessionRow, event: Event) -> SessionState:
+    """The state that follows. Raises OutOfOrder once the session is closed, and for a check of nothing."""
+    if session.state == "closed":
+        raise OutOfOrder(
+            f"session {session.id} is closed",
+            code="session_closed",
+            field="session_id",
+            value=session.id,
+            advice="open a new session on the machine",
+        )
+    if event == "check" and session.fitted_plan_id is None:
+        raise OutOfOrder(
+            f"a check run follows a fitted plan; the session is {session.state}",
+            field="kind",
+            value="check",
+            advice="report a plan fitted first, or store the run as kind correction with all masses on the rotor",
+        )
+    if event == "run":
+        return "fitted" if session.fitted_plan_id is not None else "open"
+    return _AFTER[event]

@@ -1,0 +1,52 @@
+"""What every verb is handed: storage, the time, and a maker of identifiers."""
+
+from __future__ import annotations
+
+import time
+import uuid
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TypeVar
+
+from db.database import Database
+from db.rows import Base
+from db.store import Store
+from service.errors import NotFound
+
+Row = TypeVar("Row", bound=Base)
+
+
+def utc_now() -> datetime:
+    """The time of the machine's clock."""
+    return datetime.now(UTC)
+
+
+def new_id() -> str:
+    """An identifier that nobody can guess."""
+    return uuid.uuid4().hex
+
+
+@dataclass(frozen=True)
+class Work:
+    """Storage, clocks and identifiers; tests hand in their own."""
+
+    database: Database
+    now: Callable[[], datetime] = utc_now
+    new_id: Callable[[], str] = new_id
+    monotonic: Callable[[], float] = time.monotonic
+    max_readings: int = 10_000
+
+
+def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> Row:
+    """The row with this key. Raises NotFound."""
+    row = store.lock(kind, key) if lock else store.get(kind, key)
+    if row is None:
+        noun = kind.__tablename__.replace("_", " ")
+        raise NotFound(
+            f"there is no {noun} {key!r}",
+            field=f"{noun}_id",
+            value=key,
+            advice=f"list the {noun}s and take one of them",
+        )
+    return row
