@@ -86,7 +86,7 @@ class SimulatedDrum(BaseDriver):
         require(math.isfinite(interval_s) and interval_s >= 0.0, f"interval_s {interval_s}", "be >= 0")
         self.spec = spec
         self.interval_s = interval_s
-        self._clock = clock
+        self.clock = clock
         self._session_id = session_id
         self._rng = np.random.default_rng(seed)
         self._sequence = sequence_start
@@ -184,7 +184,7 @@ class SimulatedDrum(BaseDriver):
             with self._lock:
                 if self._round:
                     return self._round.popleft()
-            if self._last_time is not None and self._clock.wait(self._closed, self.interval_s):
+            if self._last_time is not None and self.clock.wait(self._closed, self.interval_s):
                 return None
             with self._lock:
                 self._round.extend(self._take_round())
@@ -198,7 +198,7 @@ class SimulatedDrum(BaseDriver):
         wander = self._rng.standard_normal(len(self._masses))
         draws = self._rng.standard_normal((len(sensors), 4))
         motion = self._motion(wander)
-        moment = self._clock.now()
+        moment = self.clock.now()
         if self._last_time is not None:
             moment = max(moment, self._last_time)  # a wall clock may be set back, readings may not
         self._last_time = moment

@@ -1,0 +1,92 @@
+"""The way out to the service: readings posted in batches. The service stores each (source, sequence) once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Protocol, Self
+
+import httpx
+
+from drivers.checks import require
+from drivers.errors import DeliveryFailed, DeliveryRefused
+from drivers.reading import Reading
+from drivers.wire import readings_to_json
+
+PATH = "/api/v1/readings"
+LATER = frozenset({408, 425, 429})
+"""Client errors that say "not now" rather than "not this"."""
+DETAIL_CHARS = 500
+
+
+class Outlet(Protocol):
+    """Where readings go."""
+
+    def post(self, readings: Sequence[Reading]) -> int:
+        """Hand readings over and return how many were acknowledged; raises a `DeliveryError`."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the connection."""
+        ...
+
+
+class HttpOut:
+    """Posts readings to `{base_url}/api/v1/readings`, at most batch_size in one request.
+
+    Nothing is kept: after `DeliveryFailed` the caller posts the same readings again, which is safe, since the service
+    knows them by source and sequence. client: an httpx client to use instead of an own one, e.g. with credentials;
+    closed with this object all the same.
+    """
+
+    def __init__(
+        self, base_url: str, *, batch_size: int = 500, timeout_s: float = 10.0, client: httpx.Client | None = None
+    ) -> None:
+        require(
+            base_url.startswith(("http://", "https://")), f"base_url {base_url!r}", "begin with http:// or https://"
+        )
+        require(batch_size >= 1, f"batch_size {batch_size}", "be 1 or more")
+        require(timeout_s > 0.0, f"timeout_s {timeout_s}", "be > 0")
+        self._url = base_url.rstrip("/") + PATH
+        self._batch_size = batch_size
+        self._client = client or httpx.Client(timeout=timeout_s)
+
+    def post(self, readings: Sequence[Reading]) -> int:
+        """Post the readings and return their number.
+
+        Raises `DeliveryFailed` where the same call may succeed later, `DeliveryRefused` where it cannot, `BrokenSource`
+        for a number that is not finite.
+        """
+        for start in range(0, len(readings), self._batch_size):
+            self._post_batch(readings[start : start + self._batch_size])
+        return len(readings)
+
+    def close(self) -> None:
+        """Close the connection; harmless when closed."""
+        self._client.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _post_batch(self, batch: Sequence[Reading]) -> None:
+        body = readings_to_json(batch)
+        what = f"{len(batch)} readings, sequences {batch[0].sequence} to {batch[-1].sequence},"
+        try:
+            response = self._client.post(self._url, content=body, headers={"content-type": "application/json"})
+        except (httpx.HTTPError, httpx.InvalidURL) as error:
+            raise DeliveryFailed(
+                f"{what} did not reach {self._url} ({type(error).__name__}: {error}): is the service running there?"
+            ) from error
+        if response.is_success:
+            return
+        status, detail = response.status_code, response.text[:DETAIL_CHARS]
+        if status >= 500 or status in LATER:
+            raise DeliveryFailed(f"{what} were not taken by {self._url} now (status {status}): post them again later")
+        raise DeliveryRefused(
+            f"{what} were refused by {self._url} (status {status}): {detail}", status=status, detail=detail
+        )
