@@ -39,7 +39,7 @@ G_MM = 1e-6
 class Bearing:
     """Support at axial_mm from the mass centre: stiffness in N/m and damping in N s/m along its own x and y axes.
 
-    The axes stand axes_deg counter-clockwise from the frame's. All four > 0: a drum without damping has no bound at resonance.
+    The axes stand axes_deg counter-clockwise from the frame's. All four are > 0: undamped resonance has no bound.
     """
 
     name: str
