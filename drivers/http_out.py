@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import Protocol, Self
 
-import httpx
+import httpx2
 
 from drivers.checks import require
 from drivers.errors import DeliveryFailed, DeliveryRefused
@@ -40,7 +40,7 @@ class HttpOut:
     """
 
     def __init__(
-        self, base_url: str, *, batch_size: int = 500, timeout_s: float = 10.0, client: httpx.Client | None = None
+        self, base_url: str, *, batch_size: int = 500, timeout_s: float = 10.0, client: httpx2.Client | None = None
     ) -> None:
         require(
             base_url.startswith(("http://", "https://")), f"base_url {base_url!r}", "begin with http:// or https://"
@@ -49,7 +49,7 @@ class HttpOut:
         require(timeout_s > 0.0, f"timeout_s {timeout_s}", "be > 0")
         self._url = base_url.rstrip("/") + PATH
         self._batch_size = batch_size
-        self._client = client or httpx.Client(timeout=timeout_s)
+        self._client = client or httpx2.Client(timeout=timeout_s)
 
     def post(self, readings: Sequence[Reading]) -> int:
         """Post the readings and return their number.
@@ -78,7 +78,7 @@ class HttpOut:
         what = f"{len(batch)} readings, sequences {batch[0].sequence} to {batch[-1].sequence},"
         try:
             response = self._client.post(self._url, content=body, headers={"content-type": "application/json"})
-        except (httpx.HTTPError, httpx.InvalidURL) as error:
+        except (httpx2.HTTPError, httpx2.InvalidURL) as error:
             raise DeliveryFailed(
                 f"{what} did not reach {self._url} ({type(error).__name__}: {error}): is the service running there?"
             ) from error

@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+
+from sqlalchemy.exc import ArgumentError, NoSuchModuleError, OperationalError
 
 from db import migrate
 from db.database import Database
-from service.errors import Conflict
+from service.errors import Conflict, InvalidInput, Unavailable
 from service.settings import Settings
 from service.usecases.work import Work
+
+
+def migrate_database(settings: Settings) -> tuple[str | None, str | None]:
+    """Bring the schema up to date; returns its revision before and after."""
+    database = _database(settings)
+    with _answering(settings):
+        before = migrate.present_revision(database)
+        migrate.upgrade(database)
+        after = migrate.present_revision(database)
+    database.close()
+    return before, after
 
 
 def open_database(settings: Settings) -> Database:
@@ -16,13 +31,12 @@ def open_database(settings: Settings) -> Database:
 
     Raises Conflict for a PostgreSQL whose schema is not the one this version needs.
     """
-    database = Database(settings.database_url)
-    if database.embedded:
-        if database.url.database:
-            Path(database.url.database).expanduser().parent.mkdir(parents=True, exist_ok=True)
-        migrate.upgrade(database)
-        return database
-    present, newest = migrate.present_revision(database), migrate.newest_revision()
+    database = _database(settings)
+    with _answering(settings):
+        if database.embedded:
+            migrate.upgrade(database)
+            return database
+        present, newest = migrate.present_revision(database), migrate.newest_revision()
     if present != newest:
         database.close()
         raise Conflict(
@@ -33,6 +47,35 @@ def open_database(settings: Settings) -> Database:
             advice="run `drumtrue migrate` with the same database address, then start again",
         )
     return database
+
+
+def _database(settings: Settings) -> Database:
+    try:
+        database = Database(settings.database_url)
+    except (ArgumentError, NoSuchModuleError, ModuleNotFoundError) as wrong:
+        raise InvalidInput(
+            f"{settings.shown!r} is no database address: {wrong}",
+            field="database_url",
+            value=settings.shown,
+            advice="use sqlite:///PATH or postgresql+psycopg://USER:PASSWORD@HOST/NAME",
+        ) from wrong
+    if database.embedded and database.url.database:
+        Path(database.url.database).parent.mkdir(parents=True, exist_ok=True)
+    return database
+
+
+@contextmanager
+def _answering(settings: Settings) -> Iterator[None]:
+    try:
+        yield
+    except (OperationalError, OSError) as broken:
+        reason = broken.orig if isinstance(broken, OperationalError) else broken
+        raise Unavailable(
+            f"the database {settings.shown} does not answer: {reason}",
+            field="database_url",
+            value=settings.shown,
+            advice="check the address, that the server runs, and that the folder can be written",
+        ) from broken
 
 
 def build_work(settings: Settings) -> Work:

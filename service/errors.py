@@ -68,3 +68,10 @@ class TooLarge(DrumtrueError):
 
     status = 413
     code = "too_large"
+
+
+class Unavailable(DrumtrueError):
+    """The database does not answer: wrong address, server down, folder that cannot be written."""
+
+    status = 503
+    code = "unavailable"

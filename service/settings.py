@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,11 @@ class Settings:
     database_url: str = f"sqlite:///{DEFAULT_DATABASE}"
     max_body_bytes: int = 4 * 1024 * 1024
     max_readings: int = 10_000
+
+    @property
+    def shown(self) -> str:
+        """The address of the database without its password."""
+        return re.sub(r"(?<=://)([^:/@]*):[^@/]*@", r"\1:***@", self.database_url)
 
     @staticmethod
     def from_environment(environment: Mapping[str, str] = os.environ, *, database_url: str | None = None) -> Settings:

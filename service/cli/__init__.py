@@ -1,6 +1,113 @@
-"""The command `drumtrue`."""
+"""The command `drumtrue`. Each command imports what it needs when it runs, so that `--help` is quick."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from service.errors import DrumtrueError
+
+app = typer.Typer(
+    name="drumtrue",
+    help="Field balancing: which stock masses to bolt into which holes.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+DatabaseUrl = Annotated[
+    str | None,
+    typer.Option(
+        "--database-url",
+        envvar="DRUMTRUE_DATABASE_URL",
+        help="SQLite file (sqlite:///PATH) or PostgreSQL (postgresql+psycopg://...).",
+    ),
+]
 
 
 def main() -> None:
-    """Run the command line."""
-    raise SystemExit("drumtrue: no command yet")
+    """Run the command line; a deliberate error is told in words and ends with status 1."""
+    from drivers.errors import DriverError
+
+    try:
+        app()
+    except DrumtrueError as error:
+        _tell(error.message, error.advice)
+    except DriverError as error:
+        _tell(str(error), None)
+
+
+def _tell(message: str, advice: str | None) -> None:
+    print(f"drumtrue: {message}", file=sys.stderr)
+    if advice:
+        print(f"  what to do: {advice}", file=sys.stderr)
+    raise SystemExit(1)
+
+
+@app.command()
+def demo(
+    seed: Annotated[int, typer.Option(min=0, help="Which drum, and which scatter of its readings.")] = 1,
+    speed: Annotated[float, typer.Option(min=60.0, max=6000.0, help="Speed of the drum, r/min.")] = 460.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,
+    serve_on: Annotated[bool, typer.Option("--serve", help="Leave the service running until Ctrl-C.")] = False,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Balance a simulated drum through the real service, then match the published field experiment."""
+    from service.cli.demo import run_demo
+
+    raise SystemExit(run_demo(seed=seed, speed_rpm=speed, as_json=as_json, serve=serve_on, database_url=database_url))
+
+
+@app.command()
+def serve(
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Serve the API; an empty or older SQLite file is migrated first."""
+    from service.cli.serving import serve_until_stopped
+
+    serve_until_stopped(host, port, database_url)
+
+
+@app.command()
+def migrate(database_url: DatabaseUrl = None) -> None:
+    """Bring the database's schema up to date, keeping the data."""
+    from service import bootstrap
+    from service.settings import Settings
+
+    before, after = bootstrap.migrate_database(Settings.from_environment(database_url=database_url))
+    print(f"schema {before or 'empty'} -> {after}" if before != after else f"schema {after}: up to date")
+
+
+@app.command()
+def solve(
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A session log, as GET /sessions/ID/log.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,
+) -> None:
+    """Compute the corrections and plans of one session log, without a server."""
+    from service.cli.solving import solve_file
+
+    solve_file(file, as_json=as_json)
+
+
+@app.command()
+def simulate(
+    url: Annotated[str, typer.Option(help="Service to send the readings to.")] = "http://127.0.0.1:8000",
+    to: Annotated[str, typer.Option(help="Way out of the readings: http.")] = "http",
+    control: Annotated[str, typer.Option(help="HOST:PORT to bolt masses on and off, set speed and faults.")] = "",
+    source: Annotated[str, typer.Option(help="Name of the source.")] = "sim",
+    seed: Annotated[int, typer.Option(min=0, help="Which drum, and which scatter.")] = 1,
+    interval: Annotated[float, typer.Option(min=0.01, help="Seconds between readings.")] = 1.0,
+    rounds: Annotated[int | None, typer.Option(min=1, help="Stop after so many readings of each sensor.")] = None,
+    register: Annotated[bool, typer.Option(help="Create machine and box at the service and bind the source.")] = True,
+) -> None:
+    """Run a simulated drum that sends its readings to a service."""
+    from service.cli.simulating import simulate_until_stopped
+
+    if to != "http":
+        raise typer.BadParameter(f"{to!r} is no way out; use http", param_hint="--to")
+    simulate_until_stopped(url, control, source, seed, interval, rounds, register=register)

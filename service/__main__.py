@@ -1,0 +1,5 @@
+"""`python -m service` is `drumtrue`."""
+
+from service.cli import main
+
+main()

@@ -1,0 +1,66 @@
+"""The service on a socket: until it is stopped, or beside the command that needs it."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import uvicorn
+
+from service.app import create_app
+from service.errors import Conflict
+from service.settings import Settings
+
+GRACE_S = 3
+"""How long a stop waits for requests under way."""
+
+
+def serve_until_stopped(host: str, port: int, database_url: str | None) -> None:
+    """Listen until SIGINT or SIGTERM. Raises Conflict for an address that is taken or a schema out of date."""
+    settings = Settings.from_environment(database_url=database_url)
+    with _listening(host, port) as listener:
+        address = listener.getsockname()
+        print(f"Drumtrue on http://{address[0]}:{address[1]} (API document: /docs), sessions in {settings.shown}")
+        _server(settings, "info").run(sockets=[listener])
+
+
+@contextmanager
+def serving(settings: Settings) -> Iterator[str]:
+    """The service on a free port of this machine for the length of a block; yields its address."""
+    with _listening("127.0.0.1", 0) as listener:
+        server = _server(settings, "warning")
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, name="service", daemon=True)
+        thread.start()
+        try:
+            # The socket listens already: a request sent before start-up is over waits for it.
+            yield f"http://127.0.0.1:{listener.getsockname()[1]}"
+        finally:
+            server.should_exit = True
+            thread.join(GRACE_S + 5)
+
+
+def _server(settings: Settings, log_level: str) -> uvicorn.Server:
+    return uvicorn.Server(
+        uvicorn.Config(create_app(settings), log_level=log_level, access_log=False, timeout_graceful_shutdown=GRACE_S)
+    )
+
+
+@contextmanager
+def _listening(host: str, port: int) -> Iterator[socket.socket]:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((host, port))
+        except OSError as error:
+            raise Conflict(
+                f"cannot listen on {host}:{port}: {error.strerror or error}",
+                code="address_taken",
+                field="port",
+                value=port,
+                advice="choose another --port (0 takes a free one), or stop the program that has it",
+            ) from error
+        listener.listen(128)
+        yield listener

@@ -1,0 +1,200 @@
+"""A session's answers again, from its log alone."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from db.documents.base import document, read_json
+from db.documents.correction import Correction, CorrectionRequest
+from db.documents.plan import Plan, PlanInputs, PlanRequest
+from db.documents.session import SessionLog
+from service.errors import InvalidInput
+from service.usecases.rules import check_catalogue, check_masses, normalised, sensor_index
+from service.usecases.selecting import Ground, solve_plan
+from service.usecases.solving import solve_correction
+from service.version import __version__
+
+SAME = 1e-9
+"""Answers this near, in g and degrees, are the same: rounding of another machine's arithmetic, no more."""
+
+
+@document
+class Resolved:
+    """Answers computed from a log, beside those it holds."""
+
+    corrections: tuple[Correction, ...]
+    """The corrections, computed again."""
+    plans: tuple[Plan, ...]
+    """The plans, computed again."""
+    changed: tuple[str, ...]
+    """Answers that are not those of the log: which, and how."""
+
+
+def read_log(text: str | bytes) -> SessionLog:
+    """A session log; in one written by hand, id, number, time and speed of the runs may be left out.
+
+    Raises InvalidInput for text that is no log, an unknown sensor or plane, or a broken rule.
+    """
+    try:
+        log = read_json(SessionLog, json.dumps(_completed(json.loads(text)), allow_nan=True))
+    except (ValueError, UnicodeDecodeError) as wrong:
+        raise _not_a_log(wrong) from None
+    machine = normalised(log.machine)
+    if log.catalogue is not None:
+        check_catalogue(log.catalogue)
+    for index, run in enumerate(log.runs):
+        check_masses(machine, run.masses, f"runs[{index}].masses")
+        for place, reading in enumerate(run.readings):
+            sensor_index(machine, reading.sensor, f"runs[{index}].readings[{place}].sensor")
+    return replace(log, machine=machine)
+
+
+def resolve(log: SessionLog, monotonic: Callable[[], float] = time.monotonic) -> Resolved:
+    """Every correction and plan of a log, computed again; a log with none gets one of each.
+
+    Raises what the use cases raise for a request or runs that do not allow an answer.
+    """
+    asked = log.corrections or (_first_correction(),)
+    corrections = tuple(_correction(log, given) for given in asked)
+    wanted = log.plans or _first_plan(log, corrections[-1])
+    plans = tuple(_plan(log, corrections, given, monotonic) for given in wanted)
+    changed = _changed(log, corrections, plans)
+    return Resolved(corrections=corrections, plans=plans, changed=changed)
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """A plan to make: what a logged plan says of it."""
+
+    id: str
+    number: int
+    request: PlanRequest
+    inputs: PlanInputs
+    created_at: datetime
+
+
+def _correction(log: SessionLog, given: Correction) -> Correction:
+    if given.runs:
+        runs = tuple(run for run in log.runs if run.number in given.runs)
+    else:
+        runs = tuple(run for run in log.runs if not run.excluded)
+    again = solve_correction(log.machine, runs, log.run_out, given.request, number=given.number, key=given.id)
+    return replace(again, stale=given.stale, trim=given.trim or again.trim)
+
+
+def _plan(
+    log: SessionLog, corrections: tuple[Correction, ...], given: Plan | _Wanted, monotonic: Callable[[], float]
+) -> Plan:
+    correction = next((c for c in corrections if c.id == given.request.correction_id), None)
+    if correction is None or log.catalogue is None:
+        raise InvalidInput(
+            f"plan {given.number} needs a correction and a catalogue that the log does not hold",
+            field="plans",
+            value=given.request.correction_id,
+            advice="write the log again with `GET /sessions/{id}/log`",
+        )
+    ground = Ground(
+        machine=log.machine,
+        items=log.catalogue.items,
+        runs=log.runs,
+        run_out=log.run_out,
+        correction=correction,
+        inputs=given.inputs,
+    )
+    return solve_plan(
+        ground,
+        given.request,
+        number=given.number,
+        key=given.id,
+        session_id=log.session_id or "",
+        at=given.created_at,
+        monotonic=monotonic,
+    )
+
+
+def _changed(log: SessionLog, corrections: tuple[Correction, ...], plans: tuple[Plan, ...]) -> tuple[str, ...]:
+    """Answers of the log that today's code does not give again; lists are shorter where the log holds none."""
+    out = []
+    for was, now in zip(log.corrections, corrections, strict=False):
+        if not np.allclose(_masses(was), _masses(now), rtol=SAME, atol=SAME):
+            out.append(f"correction {was.number}: {_masses(was)} g and deg -> {_masses(now)}")
+    for old, new in zip(log.plans, plans, strict=False):
+        if (old.status, old.placements) != (new.status, new.placements):
+            out.append(f"plan {old.number}: {old.objective_value} {old.status} -> {new.objective_value} {new.status}")
+    return tuple(out)
+
+
+def _masses(correction: Correction) -> list[tuple[float, float]]:
+    return [(mass.mass_g, mass.angle_deg) for mass in correction.corrections]
+
+
+def _first_correction() -> Correction:
+    return Correction(
+        id="correction-1",
+        number=1,
+        request=CorrectionRequest(source="fit"),
+        runs=(),
+        influence=(),
+        initial=(),
+        corrections=(),
+        trim=(),
+        predicted=(),
+        diagnostics=(),
+    )
+
+
+def _first_plan(log: SessionLog, correction: Correction) -> tuple[_Wanted, ...]:
+    if log.catalogue is None:
+        return ()
+    objective = "residual_vibration" if correction.request.source == "fit" else "components"
+    inputs = PlanInputs(
+        counts=tuple(item.count for item in log.catalogue.items), kept=(), on_rotor=(), version=__version__
+    )
+    request = PlanRequest(correction_id=correction.id, objective=objective)  # type: ignore[arg-type]
+    return (_Wanted("plan-1", 1, request, inputs, datetime.fromtimestamp(0, UTC)),)
+
+
+def _completed(log: Any) -> Any:
+    """The log with what may be left out of runs put in."""
+    if not isinstance(log, dict) or not isinstance(log.get("runs"), list):
+        return log
+    speed = log.get("machine", {}).get("service_speed_rpm") if isinstance(log.get("machine"), dict) else None
+    runs = []
+    for index, run in enumerate(log["runs"]):
+        if isinstance(run, dict):
+            given: dict[str, Any] = {
+                "id": f"run-{index + 1}",
+                "number": index + 1,
+                "masses": [],
+                "nominal_speed_rpm": speed,
+                "taken_at": "1970-01-01T00:00:00Z",
+            }
+            run = {**given, **run}
+        runs.append(run)
+    return {"version": __version__, **log, "runs": runs}
+
+
+def _not_a_log(wrong: ValueError) -> InvalidInput:
+    if isinstance(wrong, ValidationError):
+        first = wrong.errors(include_url=False, include_context=False)[0]
+        field = ".".join(str(part) for part in first["loc"])
+        return InvalidInput(
+            f"{field}: {first['msg']}",
+            code="invalid_log",
+            field=field,
+            value=first.get("input") if not isinstance(first.get("input"), dict | list) else None,
+            advice="see docs/log.md for the fields of a session log",
+        )
+    return InvalidInput(
+        f"the file is no JSON: {wrong}",
+        code="invalid_log",
+        advice="give the document that `GET /sessions/{id}/log` answers",
+    )
