@@ -44,6 +44,13 @@ def drift(database: Database) -> list[object]:
         return list(compare_metadata(MigrationContext.configure(connection), Base.metadata))
 
 
+def revise(database: Database, message: str) -> None:
+    """Write a migration from the present schema to the tables in `rows`, numbered after the newest one."""
+    number = f"{int(newest_revision() or 0) + 1:04d}"
+    with database.engine.begin() as connection:
+        command.revision(_config(connection), message, autogenerate=True, rev_id=number)
+
+
 def _config(connection: Connection | None = None) -> Config:
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
