@@ -45,7 +45,7 @@ class TestSenses:
     def test_lag_and_lead_are_negatives_and_amplitudes_do_not_care(
         self, spec: DrumSpec, masses: list[FittedMass]
     ) -> None:
-        lag, lead = (true_readings(replace(spec, phase_sense=sense), masses) for sense in ("lag", "lead"))  # type: ignore[arg-type]
+        lag, lead = (true_readings(replace(spec, phase_sense=sense), masses) for sense in ("lag", "lead"))
         for name in lag:
             assert lag[name][0] == lead[name][0]
             assert apart(lag[name][1], -lead[name][1]) <= CLOSE_DEG
@@ -108,11 +108,13 @@ class TestTurning:
         At the mark's passing the mass stands at 90 - 100 = -10 degrees and reaches the sensor 10 degrees later.
         """
         example = threshing_drum_example()
-        stiff = tuple(replace(one, stiffness_x=1e9, stiffness_y=1e9, damping_x=1.0, damping_y=1.0)
-                      for one in example.rotor.bearings)  # fmt: skip
+        p, q = (
+            replace(one, stiffness_x=1e9, stiffness_y=1e9, damping_x=1.0, damping_y=1.0)
+            for one in example.rotor.bearings
+        )
         spec = replace(
             example,
-            rotor=replace(example.rotor, bearings=stiff),
+            rotor=replace(example.rotor, bearings=(p, q)),
             sensors=(Sensor("P", -480.0, quantity="displacement", unit="um"),),
             unbalances=(),
             rotation="ccw",

@@ -65,7 +65,7 @@ class TestLimits:
     def test_a_couple_on_equal_bearings_tilts_without_moving_the_centre_and_the_spin_stiffens_it(self) -> None:
         pair = [Unbalance(300.0, 5e4, 0.0), Unbalance(-300.0, 5e4, 180.0)]
         for rotation in ("cw", "ccw"):
-            motion = steady_motion(symmetric(1e6, 1e-6), pair, 900.0, rotation)  # type: ignore[arg-type]
+            motion = steady_motion(symmetric(1e6, 1e-6), pair, 900.0, rotation)
             w = motion.omega
             # synchronous whirl: (k_t - (It - Ip) w^2) tilt = couple, with k_t = 2 k l^2
             tilt = 0.05 * 0.6 * w**2 / (2e6 * 0.16 - (10.0 - 5.0) * w**2)
@@ -213,4 +213,4 @@ def integrate(
         k3 = free @ (state + step / 2 * k2) + middle
         k4 = free @ (state + step * k3) + end
         state = state + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return np.arange(turns * steps) * step, np.array(states)
+    return np.arange(turns * steps, dtype=float) * step, np.array(states)
