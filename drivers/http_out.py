@@ -35,7 +35,7 @@ class HttpOut:
     """Posts readings to `{base_url}/api/v1/readings`, at most batch_size in one request.
 
     Nothing is kept: after `DeliveryFailed` the caller posts the same readings again, which is safe, since the service
-    knows them by source and sequence. client: an httpx client to use instead of an own one, e.g. with credentials;
+    knows them by source and sequence. client: an httpx2 client to use instead of an own one, e.g. with credentials;
     closed with this object all the same.
     """
 

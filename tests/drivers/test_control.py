@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict
 
-import httpx
+import httpx2
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -24,13 +24,13 @@ def drum() -> Iterator[SimulatedDrum]:
 
 
 @pytest.fixture
-def client(drum: SimulatedDrum) -> Iterator[httpx.Client]:
-    with ControlPort(drum) as port, httpx.Client(base_url=port.url, trust_env=False) as client:
+def client(drum: SimulatedDrum) -> Iterator[httpx2.Client]:
+    with ControlPort(drum) as port, httpx2.Client(base_url=port.url, trust_env=False) as client:
         yield client
 
 
 class TestCommands:
-    def test_masses_are_bolted_on_and_taken_off(self, drum: SimulatedDrum, client: httpx.Client) -> None:
+    def test_masses_are_bolted_on_and_taken_off(self, drum: SimulatedDrum, client: httpx2.Client) -> None:
         pieces = [{"plane": "1", "mass_g": 100, "angle_deg": 40.5}, {"plane": "2", "mass_g": 20.0, "angle_deg": 360}]
         answer = client.put("/masses", json=pieces)
         assert answer.status_code == 200
@@ -39,13 +39,13 @@ class TestCommands:
         assert drum.run == 2
         assert client.put("/masses", json=[]).json()["masses"] == []
 
-    def test_speed_and_new_run(self, drum: SimulatedDrum, client: httpx.Client) -> None:
+    def test_speed_and_new_run(self, drum: SimulatedDrum, client: httpx2.Client) -> None:
         assert client.put("/speed", json={"speed_rpm": 500}).json()["speed_rpm"] == 500.0
         assert drum.speed_rpm == 500.0
         assert client.put("/new-run").json()["run"] == 2
         assert client.put("/new-run", json={}).json()["run"] == 3
 
-    def test_all_faults_can_be_stated_and_healed(self, drum: SimulatedDrum, client: httpx.Client) -> None:
+    def test_all_faults_can_be_stated_and_healed(self, drum: SimulatedDrum, client: httpx2.Client) -> None:
         faults = Faults(0.1, ("P",), ("Q",), ("P", "Q"), True, True, 20.0, True, LooseMass("1", 5.0, 2.0, True))
         assert client.put("/faults", json=asdict(faults)).status_code == 200
         assert drum.faults == faults
@@ -54,7 +54,7 @@ class TestCommands:
         assert client.put("/faults", json={}).status_code == 200
         assert drum.faults == Faults()
 
-    def test_the_state_tells_the_counters(self, drum: SimulatedDrum, client: httpx.Client) -> None:
+    def test_the_state_tells_the_counters(self, drum: SimulatedDrum, client: httpx2.Client) -> None:
         drum.measure(2)
         state = client.get("/state").json()
         assert (state["source"], state["run"]) == ("sim", 1)
@@ -102,7 +102,7 @@ class TestRefusals:
         ],
     )
     def test_a_bad_request_is_named_and_changes_nothing(
-        self, drum: SimulatedDrum, client: httpx.Client, path: str, body: bytes, status: int, says: str
+        self, drum: SimulatedDrum, client: httpx2.Client, path: str, body: bytes, status: int, says: str
     ) -> None:
         before = (drum.masses, drum.speed_rpm, drum.faults, drum.run)
         answer = client.put(path, content=body)
@@ -112,7 +112,7 @@ class TestRefusals:
         assert says in answer.json()["detail"]
         assert (drum.masses, drum.speed_rpm, drum.faults, drum.run) == before
 
-    def test_other_methods_and_a_body_without_length_are_refused(self, client: httpx.Client) -> None:
+    def test_other_methods_and_a_body_without_length_are_refused(self, client: httpx2.Client) -> None:
         assert client.post("/masses", json=[]).status_code == 405
         assert client.delete("/state").status_code == 405
         assert client.put("/masses", content=iter([b"[]"])).status_code == 411
@@ -154,7 +154,7 @@ class TestPort:
             url = port.url
         with pytest.raises(PortUnavailable, match="not open"):
             _ = port.url
-        with pytest.raises(httpx.ConnectError):
-            httpx.get(f"{url}/state", trust_env=False)
+        with pytest.raises(httpx2.ConnectError):
+            httpx2.get(f"{url}/state", trust_env=False)
         with port:
-            assert httpx.get(f"{port.url}/state", trust_env=False).status_code == 200
+            assert httpx2.get(f"{port.url}/state", trust_env=False).status_code == 200

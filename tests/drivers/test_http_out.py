@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 
-import httpx
+import httpx2
 import pytest
 
 from drivers.clock import ManualClock
@@ -21,8 +21,8 @@ from drivers.wire import reading_to_dict
 READING = Reading("sim", 3, datetime(2026, 7, 1, 14, 0, 0, 250000, timezone(timedelta(hours=2))), "P", 3.1, 99.5)
 
 
-def out(answer: Callable[[httpx.Request], httpx.Response], *, batch_size: int = 500) -> HttpOut:
-    client = httpx.Client(transport=httpx.MockTransport(answer))
+def out(answer: Callable[[httpx2.Request], httpx2.Response], *, batch_size: int = 500) -> HttpOut:
+    client = httpx2.Client(transport=httpx2.MockTransport(answer))
     return HttpOut("http://service.test/", batch_size=batch_size, client=client)
 
 
@@ -43,11 +43,11 @@ def test_a_reading_as_json_leaves_out_what_is_not_known_and_states_utc() -> None
 
 
 def test_readings_go_to_the_contract_s_address_in_bounded_batches_and_in_order() -> None:
-    seen: list[httpx.Request] = []
+    seen: list[httpx2.Request] = []
 
-    def accept(request: httpx.Request) -> httpx.Response:
+    def accept(request: httpx2.Request) -> httpx2.Response:
         seen.append(request)
-        return httpx.Response(202)
+        return httpx2.Response(202)
 
     readings = some_readings(10)
     with out(accept, batch_size=4) as outlet:
@@ -62,14 +62,14 @@ def test_readings_go_to_the_contract_s_address_in_bounded_batches_and_in_order()
 
 @pytest.mark.parametrize("status", [500, 502, 503, 408, 425, 429])
 def test_not_now_is_a_failure_that_may_be_tried_again(status: int) -> None:
-    with out(lambda _: httpx.Response(status)) as outlet, pytest.raises(DeliveryFailed, match=f"status {status}"):
+    with out(lambda _: httpx2.Response(status)) as outlet, pytest.raises(DeliveryFailed, match=f"status {status}"):
         outlet.post([READING])
 
 
 @pytest.mark.parametrize("status", [307, 400, 404, 409, 413, 422])
 def test_not_this_is_a_refusal_with_the_service_s_words(status: int) -> None:
     with (
-        out(lambda _: httpx.Response(status, text="sensor 'P' is unknown" + 9000 * "!")) as outlet,
+        out(lambda _: httpx2.Response(status, text="sensor 'P' is unknown" + 9000 * "!")) as outlet,
         pytest.raises(DeliveryRefused, match="sensor 'P' is unknown") as refused,
     ):
         outlet.post([READING])
@@ -77,9 +77,9 @@ def test_not_this_is_a_refusal_with_the_service_s_words(status: int) -> None:
     assert len(refused.value.detail) == 500
 
 
-@pytest.mark.parametrize("error", [httpx.ConnectError, httpx.ReadTimeout, httpx.RemoteProtocolError])
-def test_a_lost_link_is_a_failure(error: type[httpx.TransportError]) -> None:
-    def broken(request: httpx.Request) -> httpx.Response:
+@pytest.mark.parametrize("error", [httpx2.ConnectError, httpx2.ReadTimeout, httpx2.RemoteProtocolError])
+def test_a_lost_link_is_a_failure(error: type[httpx2.TransportError]) -> None:
+    def broken(request: httpx2.Request) -> httpx2.Response:
         raise error("the cable is out", request=request)
 
     with out(broken) as outlet, pytest.raises(DeliveryFailed, match="is the service running") as failed:
@@ -89,7 +89,7 @@ def test_a_lost_link_is_a_failure(error: type[httpx.TransportError]) -> None:
 
 @pytest.mark.parametrize("amplitude", [math.nan, math.inf])
 def test_a_number_that_json_does_not_have_is_not_sent(amplitude: float) -> None:
-    with out(lambda _: httpx.Response(202)) as outlet, pytest.raises(BrokenSource, match="sequences 3 to 3"):
+    with out(lambda _: httpx2.Response(202)) as outlet, pytest.raises(BrokenSource, match="sequences 3 to 3"):
         outlet.post([replace(READING, amplitude=amplitude)])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 
-import httpx
+import httpx2
 import pytest
 
 from drivers.clock import ManualClock
@@ -127,7 +127,7 @@ def test_masses_bolted_on_through_the_control_port_show_in_the_readings() -> Non
             urls.append(line.removeprefix("control port "))
         elif len(service.batches) == 1:
             piece = {"plane": "1", "mass_g": 300, "angle_deg": 280}
-            assert httpx.put(f"{urls[0]}/masses", json=[piece], trust_env=False).status_code == 200
+            assert httpx2.put(f"{urls[0]}/masses", json=[piece], trust_env=False).status_code == 200
 
     run_simulation(
         source, service, stop=threading.Event(), control=ControlPort(source), batch_size=2, rounds=2, report=report
