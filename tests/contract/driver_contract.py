@@ -77,7 +77,7 @@ class DriverContract:
             assert reading.amplitude >= 0.0
             assert reading.phase_deg is None or 0.0 <= reading.phase_deg < 360.0
             assert reading.speed_rpm is None or reading.speed_rpm > 0.0
-            assert reading.scatter is None or reading.scatter >= 0.0
+            assert reading.scatter is None or reading.scatter > 0.0
 
     def test_sequences_strictly_increase(self, driver: Driver) -> None:
         sequences = [reading.sequence for reading in some(driver)]
