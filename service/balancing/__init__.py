@@ -11,6 +11,7 @@ labels      names of runs, planes and sensors in messages
 intervals   confidence interval of an amplitude
 fit         influence coefficients and as-found vibration from runs
 corrections continuous correction masses from a fit
+minimax     smallest greatest residual, limits of mass, certified
 rotor       reactions of a rigid rotor on two bearings
 selection   the discrete problem: which stock masses in which positions
 checks      what a selection problem must satisfy
