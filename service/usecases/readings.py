@@ -91,14 +91,11 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
             key = (reading.source, reading.sequence)
             if rows.setdefault(key, row) != row:
                 raise _reused(key, f"[{index}].sequence")
-        known = store.known(ReadingRow, list(rows))
-        for key, stored in known.items():
-            if any(getattr(stored, name) != value for name, value in rows[key].items()):
-                raise _reused(key, "sequence")
-        fresh = [row for key, row in rows.items() if key not in known]
-        if fresh:
-            store.add_new(ReadingRow, fresh)
-        return Receipt(accepted=len(fresh), duplicates=len(readings) - len(fresh))
+        accepted = store.add_new(ReadingRow, list(rows.values()))
+        if accepted < len(rows):
+            # Only now is it worth looking: what was stored before must have been the same.
+            _check_same(store, rows)
+        return Receipt(accepted=accepted, duplicates=len(readings) - accepted)
 
 
 def ingest_answer(work: Work, answer: BalancerAnswer) -> StoredAnswer:
@@ -191,6 +188,12 @@ def _row(targets: _Targets, reading: Reading, where: str) -> dict[str, Any]:
         "scatter": reading.scatter,
         "overall_rms": reading.overall_rms,
     }
+
+
+def _check_same(store: Store, rows: dict[tuple[str, int], dict[str, Any]]) -> None:
+    for key, stored in store.known(ReadingRow, list(rows)).items():
+        if any(getattr(stored, name) != value for name, value in rows[key].items()):
+            raise _reused(key, "sequence")
 
 
 def _reused(key: tuple[str, int], field: str) -> Conflict:
