@@ -19,5 +19,11 @@ objectives  the norms that a selection is rated by
 placements  vector sums and limits of a selection
 exhaustive  every selection of a small problem, tried
 jaya        modified Jaya on the selection problem
+exact       the best selection and the proof, level by level
+reach       how far a plane's masses can reach
+region      where every better selection must lie
+neighbours  pairs of near points in the plane
+sums        vector sums of one plane near a point
+joint       lists of single planes combined under the shared box
 =========== =================================================================
 """

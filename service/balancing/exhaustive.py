@@ -22,10 +22,13 @@ MOST_COMBINATIONS = 500_000
 """Joint choices; a single plane of three hundred thousand takes about a second."""
 
 
-def solve_exhaustive(problem: SelectionProblem, most: int = MOST_COMBINATIONS) -> SelectionResult:
+def solve_exhaustive(
+    problem: SelectionProblem, most: int = MOST_COMBINATIONS, most_pieces: int | None = None
+) -> SelectionResult:
     """Try every selection and return the best one; the first in order of enumeration where several are equal.
 
-    Raises NumericsError (code `too_many_combinations`, value: how many) above `most`, and for an invalid problem.
+    most_pieces: at most so many in all planes together. Raises NumericsError (code `too_many_combinations`,
+    value: how many) above `most`, and for an invalid problem.
     """
     validate(problem)
     combinations = count_combinations(problem)
@@ -37,7 +40,7 @@ def solve_exhaustive(problem: SelectionProblem, most: int = MOST_COMBINATIONS) -
             value=combinations,
         )
     choices = [_choices(problem, p) for p in range(len(problem.planes))]
-    value, best, tried = _joint(problem, choices)
+    value, best, tried = _joint(problem, choices, most_pieces)
     selection = [chosen.pieces(i) for chosen, i in zip(choices, best, strict=True)]
     return result_of(problem, selection, "optimal", f"all {tried} selections tried", tried, lower_bound=value)
 
@@ -84,7 +87,9 @@ def _choices(problem: SelectionProblem, p: int) -> _Choices:
     return _Choices(tuple(pairs), np.concatenate(vectors), np.concatenate(usage))
 
 
-def _joint(problem: SelectionProblem, choices: list[_Choices]) -> tuple[float, tuple[int, ...], int]:
+def _joint(
+    problem: SelectionProblem, choices: list[_Choices], most_pieces: int | None
+) -> tuple[float, tuple[int, ...], int]:
     """Try every joint choice: all but the last plane one by one, the last plane as an array."""
     *heads, last = choices
     best: tuple[float, tuple[int, ...]] = (math.inf, ())
@@ -94,6 +99,9 @@ def _joint(problem: SelectionProblem, choices: list[_Choices]) -> tuple[float, t
     for head in np.ndindex(*(len(chosen.vectors) for chosen in heads)):
         left = problem.stock.counts - sum(chosen.usage[i] for chosen, i in zip(heads, head, strict=True))
         fits = (last.usage <= left).all(axis=1)
+        if most_pieces is not None:
+            already = sum(int(chosen.usage[i].sum()) for chosen, i in zip(heads, head, strict=True))
+            fits &= last.usage.sum(axis=1) <= most_pieces - already
         if not fits.any():
             continue
         u[:, :-1] = [chosen.vectors[i] for chosen, i in zip(heads, head, strict=True)]

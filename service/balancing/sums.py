@@ -1,0 +1,243 @@
+"""The vector sums that one plane's masses can make near a point, by meeting in the middle.
+
+A selection of up to N pieces is the sum of two halves of up to N / 2 pieces. All halves are listed once; near a given
+point, each half is paired with the halves that lie where the rest of the way ends.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from service.balancing.neighbours import Columns
+from service.balancing.phasors import ComplexArray, FloatArray, IntArray
+from service.balancing.placements import effective_g, slots, within_g
+from service.balancing.selection import Piece, SelectionPlane, Stock
+
+EXTEND_CHUNK = 100_000
+"""Halves extended between two stops."""
+SLAB = 300_000
+"""Halves sorted at a time."""
+OVERSHOOT = 4
+"""How many times the allowed length a list may have before its limits are applied."""
+Bools = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+
+@dataclass(frozen=True)
+class Placements:
+    """What may be placed in one plane: position, item, mass and vector (K,) of each pair, by position then item.
+
+    Entry K stands for "no piece". most: pieces at most. limits: capacity, capacity_g (H + 1,), counts (I + 1,).
+    """
+
+    position: IntArray
+    item: IntArray
+    mass: FloatArray
+    vector: ComplexArray
+    most: int
+    max_mass_g: float
+    capacity: IntArray
+    capacity_g: FloatArray
+    counts: IntArray
+
+    @property
+    def none(self) -> int:
+        """Index that stands for no piece."""
+        return len(self.vector) - 1
+
+    def allowed(self, index: IntArray) -> Bools:
+        """Which rows of index (n, k) keep every limit of the plane and of the box."""
+        position, item, mass = self.position[index], self.item[index], self.mass[index]
+        fits = np.asarray(within_g(mass.sum(axis=1), self.max_mass_g))
+        for j in range(index.shape[1]):
+            here = position == position[:, j : j + 1]
+            fits &= here.sum(axis=1) <= self.capacity[position[:, j]]
+            fits &= within_g((mass * here).sum(axis=1), self.capacity_g[position[:, j]])
+            fits &= (item == item[:, j : j + 1]).sum(axis=1) <= self.counts[item[:, j]]
+        return fits
+
+    def pieces(self, row: IntArray) -> tuple[Piece, ...]:
+        """Pieces of one row of indices."""
+        return tuple(sorted(Piece(int(self.position[i]), int(self.item[i])) for i in row if i != self.none))
+
+
+@dataclass(frozen=True)
+class Sums:
+    """n selections of one plane: index (n, k) into the placements, vector sums (n,) without `fixed`, g."""
+
+    index: IntArray
+    vector: ComplexArray
+
+    def __len__(self) -> int:
+        return len(self.vector)
+
+
+@dataclass(frozen=True)
+class Halves:
+    """Two lists whose pairs make every selection once.
+
+    ordered: both come from one list, the first half holds the lower placements and as many pieces or one more;
+    otherwise they share no position. complete: the pairs make selections of as many pieces as the plane may carry.
+    """
+
+    placements: Placements
+    first: Sums
+    second: Sums
+    ordered: bool
+    complete: bool
+
+    @property
+    def selections(self) -> float:
+        """About how many selections the pairs make."""
+        pairs = float(len(self.first)) * float(len(self.second))
+        return pairs / math.comb(2 * self.first.index.shape[1], self.first.index.shape[1]) if self.ordered else pairs
+
+
+def placements_of(plane: SelectionPlane, stock: Stock, most: int | None = None) -> Placements:
+    """Pairs of position and item that plane and box allow by themselves."""
+    mass = effective_g(stock)
+    holes, items = len(plane.angles), len(mass)
+    position, item = np.divmod(np.arange(holes * items), items)
+    fits = (plane.capacity[position] > 0) & within_g(mass[item], plane.capacity_g[position])
+    fits &= within_g(mass[item], plane.max_mass_g)
+    position, item = position[fits], item[fits]
+    pieces = slots(plane, stock)
+    return Placements(
+        position=np.append(position, holes),
+        item=np.append(item, items),
+        mass=np.append(mass[item], 0.0),
+        vector=np.append(mass[item] * np.exp(1j * plane.angles[position]), 0j),
+        most=pieces if most is None else min(pieces, most),
+        max_mass_g=plane.max_mass_g,
+        capacity=np.append(plane.capacity, np.iinfo(np.int64).max),
+        capacity_g=np.append(plane.capacity_g, math.inf),
+        counts=np.append(stock.counts, np.iinfo(np.int64).max),
+    )
+
+
+def halves_of(placements: Placements, largest: int) -> Generator[None, None, Halves]:
+    """Two lists that meet in the middle, each of at most `largest` halves; yields now and then, for a stop.
+
+    By number of pieces, or, where many pieces sit in few positions, by position. Where both are too long, the halves
+    hold fewer pieces than the plane may carry and `complete` is False.
+    """
+    most = placements.most
+    levels = yield from _levels(placements, np.arange(placements.none), (most + 1) // 2, largest)
+    complete = len(levels) == (most + 1) // 2 + 1
+    if not complete:
+        split = yield from _by_position(placements, largest)
+        if split is not None:
+            return split
+    size = len(levels) - 1
+    shorter = most - size if complete else size
+    return Halves(
+        placements,
+        _gathered(placements, levels, size),
+        _gathered(placements, levels[: shorter + 1], shorter),
+        ordered=True,
+        complete=complete,
+    )
+
+
+def _by_position(placements: Placements, largest: int) -> Generator[None, None, Halves | None]:
+    """Halves of even and of odd positions, with any number of pieces up to the plane's limit."""
+    parts = []
+    for parity in (0, 1):
+        mine = np.flatnonzero(placements.position[:-1] % 2 == parity)
+        levels = yield from _levels(placements, mine, placements.most, largest)
+        if len(levels) <= placements.most and len(levels[-1]):
+            return None
+        parts.append(_gathered(placements, levels, len(levels) - 1))
+    return Halves(placements, parts[0], parts[1], ordered=False, complete=True)
+
+
+def _levels(placements: Placements, subset: IntArray, most: int, largest: int) -> Generator[None, None, list[IntArray]]:
+    """Multisets of 0, 1, .. `most` placements of the subset, (n, pieces) each, ascending; shorter where too long.
+
+    Ends with an empty level where no more pieces fit.
+    """
+    small = np.int16 if placements.none < np.iinfo(np.int16).max else np.int32
+    levels = [np.empty((1, 0), dtype=small)]
+    total = 1
+    while len(levels) <= most and len(levels[-1]):
+        parents = levels[-1]
+        start = np.searchsorted(subset, parents[:, -1]) if parents.shape[1] else np.zeros(len(parents), np.int64)
+        many = len(subset) - start
+        if total + int(many.sum()) > OVERSHOOT * largest:
+            return levels
+        found = []
+        for rows in _cuts(many, EXTEND_CHUNK):
+            of = np.repeat(np.arange(rows.start, rows.stop), many[rows])
+            step = np.arange(len(of)) - np.repeat(np.cumsum(many[rows]) - many[rows], many[rows])
+            index = np.concatenate([parents[of], subset[start[of] + step][:, None].astype(small)], axis=1)
+            found.append(index[placements.allowed(index)])
+            yield
+        level = np.concatenate(found) if found else np.empty((0, parents.shape[1] + 1), dtype=small)
+        total += len(level)
+        if total > largest:
+            return levels
+        levels.append(level)
+    return levels
+
+
+def _cuts(many: IntArray, chunk: int) -> list[slice]:
+    """Slices of rows whose sums of `many` stay about within `chunk`."""
+    edges = np.flatnonzero(np.diff(np.cumsum(many) // chunk)) + 1
+    return [slice(a, b) for a, b in pairwise([0, *edges.tolist(), len(many)]) if b > a]
+
+
+def _gathered(placements: Placements, levels: list[IntArray], width: int) -> Sums:
+    """All levels as one list, rows filled up with "no piece"."""
+    rows = []
+    for level in levels:
+        padded = np.full((len(level), width), placements.none, dtype=level.dtype)
+        padded[:, : level.shape[1]] = level
+        rows.append(padded)
+    index = np.concatenate(rows)
+    return Sums(index, np.concatenate([placements.vector[level].sum(axis=1) for level in levels]))
+
+
+def near(halves: Halves, centre: complex, shape: tuple[complex, complex], radius: float) -> Iterator[Sums]:
+    """Find selections whose sum u has |T(u - centre)| <= radius, T(z) = shape[0] z + shape[1] conj(z), in chunks.
+
+    A chunk may be empty; it only marks a moment at which to stop.
+    """
+    first, second = halves.first, halves.second
+    ends = shape[0] * second.vector + shape[1] * np.conj(second.vector)
+    rest = centre - first.vector
+    wanted = shape[0] * rest + shape[1] * np.conj(rest)
+    slabs = max(1, math.ceil(len(second) / SLAB))
+    edges = np.quantile(ends.real, np.linspace(0.0, 1.0, slabs + 1)) if slabs > 1 else np.array([-math.inf, math.inf])
+    edges[-1] = math.inf
+    for low, high in pairwise(edges.tolist()):
+        points = np.arange(len(ends)) if slabs == 1 else np.flatnonzero((ends.real >= low) & (ends.real < high))
+        queries = np.arange(len(wanted))
+        if slabs > 1:
+            queries = np.flatnonzero((wanted.real >= low - radius) & (wanted.real <= high + radius))
+        yield Sums(first.index[:0, :0], first.vector[:0])
+        columns = Columns(ends[points], radius)
+        for cut in range(0, len(queries), SLAB):
+            some = queries[cut : cut + SLAB]
+            for a, b in columns.pairs(wanted[some], np.full(len(some), radius)):
+                yield _joined(halves, some[a], points[b])
+
+
+def _joined(halves: Halves, a: IntArray, b: IntArray) -> Sums:
+    """Pairs that make a selection the one way that counts, and keep every limit."""
+    placements, first, second = halves.placements, halves.first.index, halves.second.index
+    none = placements.none
+    if halves.ordered:
+        extra = (first[a] != none).sum(axis=1) - (second[b] != none).sum(axis=1)
+        once = (extra >= 0) & (extra <= 1)
+        if second.shape[1]:
+            once &= np.where(first[a] != none, first[a], -1).max(axis=1, initial=-1) <= second[b, 0]
+    else:
+        once = (first[a] != none).sum(axis=1) + (second[b] != none).sum(axis=1) <= placements.most
+    a, b = a[once], b[once]
+    index = np.concatenate([first[a], second[b]], axis=1)
+    fits = placements.allowed(index)
+    return Sums(index[fits], halves.first.vector[a[fits]] + halves.second.vector[b[fits]])
