@@ -6,9 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from db.documents.plan import Method
-from service.balancing.exhaustive import solve_exhaustive
+from service.balancing.exact import solve_exact
 from service.balancing.jaya import solve_jaya
 from service.balancing.selection import SelectionProblem, SelectionResult
+
+JAYA_SHARE = 0.2
+"""Share of the time limit that `certified` leaves to the modified Jaya."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +37,23 @@ def run_method(
 ) -> Solved:
     """Solve within `limit_s` seconds of `monotonic`; the best selection so far is returned when they are over."""
     begun = monotonic()
+    parts: list[Part] = []
 
-    def over() -> bool:
-        return monotonic() - begun >= limit_s
+    def over(share: float) -> Callable[[], bool]:
+        return lambda: monotonic() - begun >= share * limit_s
 
-    def timed(name: Method) -> Part:
+    def add(name: Method, solve: Callable[[], SelectionResult]) -> SelectionResult:
         start = monotonic()
-        result = solve_exhaustive(problem) if name == "exact" else solve_jaya(problem, seed, stop=over)
-        return Part(name, result, monotonic() - start)
+        result = solve()
+        parts.append(Part(name, result, monotonic() - start))
+        return result
 
-    part = timed("exact" if method == "exact" else "modified_jaya")
-    return Solved(part.result, (part,), monotonic() - begun)
+    result: SelectionResult | None = None
+    if method != "exact":
+        share = JAYA_SHARE if method == "certified" else 1.0
+        result = add("modified_jaya", lambda: solve_jaya(problem, seed, stop=over(share)))
+    if method != "modified_jaya":
+        start = None if result is None else result.pieces
+        result = add("exact", lambda: solve_exact(problem, start=start, stop=over(1.0)))
+    assert result is not None  # noqa: S101
+    return Solved(result, tuple(parts), monotonic() - begun)
