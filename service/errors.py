@@ -70,6 +70,13 @@ class TooLarge(DrumtrueError):
     code = "too_large"
 
 
+class UnsupportedMediaType(DrumtrueError):
+    """A request body that is not declared as JSON."""
+
+    status = 415
+    code = "unsupported_media_type"
+
+
 class Unavailable(DrumtrueError):
     """The database does not answer: wrong address, server down, folder that cannot be written."""
 

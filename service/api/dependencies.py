@@ -24,10 +24,10 @@ Offset = Annotated[int, Query(ge=0, le=1_000_000_000, description="How many to p
 def errors(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """The problems an operation may answer with, for its API document."""
     words = {
-        400: "The body is not text.",
         404: "Nothing is stored under an identifier.",
         409: "The step is out of order, or contradicts what is stored; `advice` says what to do instead.",
         413: "The body or a list in it is too long.",
+        415: "The body is not declared as JSON.",
         422: "A value breaks a rule: `field`, `value` and `detail` say which.",
     }
-    return {status: {"model": Problem, "description": words[status]} for status in (*statuses, 400, 413, 422)}
+    return {status: {"model": Problem, "description": words[status]} for status in (*statuses, 413, 415, 422)}

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
 from db.documents.base import adapter
+from service.errors import UnsupportedMediaType
 
 Validator = Callable[[bytes], Any]
 
@@ -38,9 +39,23 @@ class StrictRoute(APIRoute):
         validate = _validator(self.body_field.field_info.annotation)
 
         async def handle(request: Request) -> Response:
+            _require_json(request)
             return await handler(_ValidatedRequest(request, validate))
 
         return handle
+
+
+def _require_json(request: Request) -> None:
+    """Refuse a body that is not declared as JSON: a browser sends it to us for any page without asking first."""
+    stated = request.headers.get("content-type", "")
+    kind = stated.partition(";")[0].strip().lower()
+    if kind != "application/json":
+        raise UnsupportedMediaType(
+            f"a body in JSON is needed; the request's content-type is {kind or 'missing'}",
+            field="content-type",
+            value=stated or None,
+            advice="send JSON text with the header content-type: application/json",
+        )
 
 
 class _ValidatedRequest(Request):
