@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
-from db.documents.base import adapter, to_plain, write_json
+from db.documents.base import read_json, to_plain
 from db.documents.machine import Machine, StoredMachine
 from db.rows import MachineRow
-from service.errors import Conflict
+from service.errors import Conflict, InvalidInput
 from service.usecases.rules import normalised
 from service.usecases.work import Work, require
 
@@ -39,10 +41,12 @@ def find(work: Work, limit: int, offset: int) -> tuple[StoredMachine, ...]:
 
 def change(work: Work, machine_id: str, patch: Mapping[str, Any]) -> StoredMachine:
     """Merge `patch` into a machine (RFC 7396, top level). Raises ValidationError or InvalidInput, nothing stored."""
+    _require_known(patch)
     with work.database.write() as store:
         row = require(store, MachineRow, machine_id, lock=True)
         merged = {key: value for key, value in {**to_plain(row.spec), **patch}.items() if value is not None}
-        machine = normalised(adapter(Machine).validate_json(write_json(merged, dict[str, Any])))
+        # Written by json, which keeps NaN and Infinity: turned into null they would erase a field unseen.
+        machine = normalised(read_json(Machine, json.dumps(merged)))
         other = store.machine_named(machine.name)
         if other is not None and other.id != row.id:
             raise name_taken("machine", machine.name)
@@ -59,6 +63,19 @@ def name_taken(noun: str, name: str) -> Conflict:
         value=name,
         advice=f"use that {noun}, or choose another name",
     )
+
+
+def _require_known(patch: Mapping[str, Any]) -> None:
+    """Every field of a patch is one of the machine's, also those that null takes away. Raises InvalidInput."""
+    known = {field.name for field in fields(Machine)}
+    for name in patch:
+        if name not in known:
+            raise InvalidInput(
+                f"a machine has no field {name!r}",
+                field=name,
+                value=name,
+                advice="leave the field out; the API document lists the fields that are known",
+            )
 
 
 def _view(row: MachineRow) -> StoredMachine:

@@ -138,8 +138,7 @@ class Workshop:
     # ------------------------------------------------------------ any request
     def ask(self, method: str, path: str, body: object = None) -> Any:
         """The answer to a request that is in order."""
-        sent = {} if body is None else {"json": body}
-        answer = self.client.request(method, PREFIX + path, **sent)
+        answer = self.client.request(method, PREFIX + path, json=body)
         assert answer.is_success, f"{method} {path}: {answer.status_code} {answer.text}"
         return answer.json()
 
@@ -158,7 +157,7 @@ class Workshop:
         if isinstance(body, bytes):
             answer = self.client.request(method, PREFIX + path, content=body, headers=JSON)
         else:
-            answer = self.client.request(method, PREFIX + path, **({} if body is None else {"json": body}))
+            answer = self.client.request(method, PREFIX + path, json=body)
         problem = problem_of(answer, status, code)
         assert self.rows() == before
         return problem
