@@ -11,7 +11,7 @@ from db.documents.run import BalancerAnswer
 from db.rows import BalancerAnswerRow, MachineRow, ReadingRow, SessionRow, SourceRow
 from db.store import Store
 from drivers.reading import Reading
-from service.errors import Conflict, NotFound, TooLarge
+from service.errors import Conflict, InvalidInput, NotFound, TooLarge
 from service.usecases import states
 from service.usecases.rules import check_masses, sensor_index
 from service.usecases.work import Work, require
@@ -173,6 +173,7 @@ class _Targets:
 
 
 def _row(targets: _Targets, reading: Reading, where: str) -> dict[str, Any]:
+    _check_time_and_source(reading, where)
     machine_id = targets.machine_of(reading.source, reading.session_id, f"{where}.session_id")
     targets.check_sensor(machine_id, reading.sensor, f"{where}.sensor")
     return {
@@ -194,6 +195,24 @@ def _check_same(store: Store, rows: dict[tuple[str, int], dict[str, Any]]) -> No
     for key, stored in store.known(ReadingRow, list(rows)).items():
         if any(getattr(stored, name) != value for name, value in rows[key].items()):
             raise _reused(key, "sequence")
+
+
+def _check_time_and_source(reading: Reading, where: str) -> None:
+    """Refuse what a Reading's type lets pass and no table takes: a time without zone, a name with control signs."""
+    if reading.taken_at.tzinfo is None:
+        raise InvalidInput(
+            "the time has no zone",
+            field=f"{where}.taken_at",
+            value=reading.taken_at.isoformat(),
+            advice="send the time as RFC 3339 with its zone, such as 2026-03-01T12:00:00Z",
+        )
+    if not reading.source.isprintable():
+        raise InvalidInput(
+            "the name of the source holds signs that cannot be printed",
+            field=f"{where}.source",
+            value=reading.source,
+            advice="name the source in letters, figures and signs",
+        )
 
 
 def _reused(key: tuple[str, int], field: str) -> Conflict:

@@ -16,6 +16,9 @@ from service.usecases import readings
 from service.usecases.readings import Receipt, Source, StoredAnswer
 
 router = APIRouter(route_class=StrictRoute)
+SourceName = Annotated[
+    str, Path(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]*$", description="The source.")
+]
 
 
 @document
@@ -49,8 +52,6 @@ def list_sources(work: WorkDep) -> tuple[Source, ...]:
 
 
 @router.put("/sources/{name}", tags=["readings"], responses=errors(404))
-def bind_source(
-    work: WorkDep, name: Annotated[str, Path(min_length=1, max_length=100, description="The source.")], binding: Binding
-) -> Source:
+def bind_source(work: WorkDep, name: SourceName, binding: Binding) -> Source:
     """Bind a source to the machine it is mounted on. There is no quantity with a unit."""
     return readings.bind(work, name, binding.machine_id)
