@@ -9,8 +9,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import cache
 from typing import Any
 
+from fastapi import FastAPI
 from fastapi.testclient import TestClient
 from sqlalchemy import func, select
 
@@ -250,13 +252,22 @@ def on_rotor(placements: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 @contextmanager
-def workshop(url: str, **settings: Any) -> Iterator[Workshop]:
+def workshop(url: str) -> Iterator[Workshop]:
     """A workshop over the database at this address, migrated first."""
-    chosen = Settings(database_url=url, **settings)
+    settings = Settings(database_url=url)
     now = Ticking()
-    work = work_over(bootstrap.open_database(chosen), now)
+    work = work_over(bootstrap.open_database(settings), now)
+    app = _application()
+    before = getattr(app.state, "work", None)
+    app.state.work = work
     try:
-        with TestClient(create_app(chosen, work)) as client:
-            yield Workshop(client, work, now)
+        yield Workshop(TestClient(app), work, now)
     finally:
+        app.state.work = before
         work.database.close()
+
+
+@cache
+def _application() -> FastAPI:
+    """The application, made once: its first request builds all routes, which takes a second."""
+    return create_app(Settings(database_url="sqlite://"))
