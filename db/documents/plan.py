@@ -160,6 +160,8 @@ class Plan:
     """Proved: no selection has a smaller objective; null where nothing is proved."""
     gap: float | None
     """Objective minus lower bound; null where nothing is proved."""
+    objective_scatter: float | None
+    """Standard deviation of the objective that the fit's scatter brings; null where it cannot be known."""
     predicted: tuple[SensorVector, ...]
     """Vibration to expect with the placements; empty without influence coefficients."""
     bearing_forces_n: BearingForces | None

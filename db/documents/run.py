@@ -69,6 +69,8 @@ class RunRequest:
     """Take the run from stored readings instead: averaged as vectors, with their scatter."""
     nominal_speed_rpm: Positive | None = None
     """Speed, r/min, the run was meant to have; default: the service speed."""
+    supersedes: Name | None = None
+    """Identifier of a mistyped run that this one replaces; that run is kept, excluded."""
 
 
 @document

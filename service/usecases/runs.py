@@ -33,6 +33,9 @@ def add(work: Work, session_id: str, request: RunRequest) -> Run:
             nominal_speed_rpm=request.nominal_speed_rpm or machine.service_speed_rpm,
             taken_at=work.now(),
         )
+        if request.supersedes is not None:
+            mistyped = _run_of(store, session, request.supersedes)
+            mistyped.run = replace(mistyped.run, excluded=True, reason=f"superseded by run {run.number}")
         store.add(RunRow(id=run.id, session_id=session.id, number=run.number, run=run))
         outdate(store, session.id)
         session.state = state
@@ -44,14 +47,7 @@ def change(work: Work, session_id: str, run_id: str, patch: RunPatch) -> Run:
     with work.database.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
         state = states.after(session, "run")
-        row = store.get(RunRow, run_id)
-        if row is None or row.session_id != session.id:
-            raise NotFound(
-                f"session {session_id} has no run {run_id!r}",
-                field="run_id",
-                value=run_id,
-                advice="take the id of one of the session's runs",
-            )
+        row = _run_of(store, session, run_id)
         row.run = replace(row.run, excluded=patch.excluded, reason=patch.reason)
         outdate(store, session.id)
         session.state = state
@@ -72,6 +68,18 @@ def outdate(store: Store, session_id: str) -> None:
     for plan in store.plans(session_id):
         if plan.plan.state == "proposed" and not plan.plan.stale:
             plan.plan = replace(plan.plan, stale=True)
+
+
+def _run_of(store: Store, session: SessionRow, run_id: str) -> RunRow:
+    row = store.get(RunRow, run_id)
+    if row is None or row.session_id != session.id:
+        raise NotFound(
+            f"session {session.id} has no run {run_id!r}",
+            field="run_id",
+            value=run_id,
+            advice="take the id of one of the session's runs",
+        )
+    return row
 
 
 def _masses(store: Store, session: SessionRow, request: RunRequest) -> tuple[MassOnRotor, ...]:

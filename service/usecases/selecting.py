@@ -36,6 +36,7 @@ from service.balancing.units import angular_speed
 from service.errors import Conflict, InvalidInput
 from service.usecases import mapping
 from service.usecases.rules import hole_label, plane_index, position_index
+from service.usecases.scatter import objective_scatter
 from service.usecases.solvers import Solved, run_method
 from service.usecases.solving import Fitted, correction_vectors, fit_runs, predicted_with
 
@@ -73,7 +74,8 @@ def solve_plan(
     fitted = _fit_of(ground)
     objective = _objective(machine, request, target, fitted)
     problem = selection_problem(ground, request, objective)
-    solved = run_method(problem, request.method, request.seed, request.time_limit_s, monotonic)
+    uncertainty = objective_scatter(objective, request, fitted, target)
+    solved = run_method(problem, request.method, request.seed, request.time_limit_s, monotonic, uncertainty)
     result = solved.result
     placements = _placements(ground, result)
     vectors = result.vectors if result.pieces is not None else None
@@ -93,6 +95,7 @@ def solve_plan(
         objective_unit=UNIT[request.objective],
         lower_bound=_proved(result, result.lower_bound),
         gap=_proved(result, result.gap),
+        objective_scatter=uncertainty or None,
         predicted=() if vectors is None else predicted_with(machine, fitted, vectors),
         bearing_forces_n=None if vectors is None else forces(machine, target, vectors),
         per_method=_per_method(solved),
