@@ -64,7 +64,8 @@ class InfluenceFit:
     those behind the covariance: `dof` where it comes from the residuals, `KNOWN_SCATTER` where it was stated, 0 where
     the covariance is nan. condition: of A with its columns scaled to length 1 (inf when planes are dependent).
     residuals: (K, S) complex, measured minus fitted; nan where not measured. chi_square: (S,) sum of squared
-    standardised residuals where scatter was stated, else nan.
+    standardised residuals where scatter was stated, else nan. leverage: (K, S) share of each reading in its own fitted
+    value: at 1 nothing else can contradict it.
     """
 
     influence: ComplexArray
@@ -75,6 +76,7 @@ class InfluenceFit:
     condition: float
     residuals: ComplexArray
     chi_square: FloatArray
+    leverage: FloatArray
     labels: Labels = field(default_factory=Labels)
 
 
@@ -143,6 +145,7 @@ def fit_influence(runs: RunSet, incomplete: Literal["refuse", "leave_out"] = "re
         condition=condition(influence[solvable]),
         residuals=residuals,
         chi_square=chi_square,
+        leverage=(left.real**2 + left.imag**2).sum(axis=2).T,
         labels=runs.labels,
     )
 
