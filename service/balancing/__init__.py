@@ -20,6 +20,8 @@ placements  vector sums and limits of a selection
 exhaustive  every selection of a small problem, tried
 jaya        modified Jaya on the selection problem
 exact       the best selection and the proof, level by level
+record      the best selections so far, and how equals are told apart
+opened      the problem without planes that take nothing
 reach       how far a plane's masses can reach
 region      where every better selection must lie
 neighbours  pairs of near points in the plane

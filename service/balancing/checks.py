@@ -23,6 +23,8 @@ def validate(problem: SelectionProblem) -> None:
     _objective(problem.objective, len(problem.planes))
     for number, plane in enumerate(problem.planes, start=1):
         _plane(plane, f"plane {number}")
+        if plane.allowed is not None:
+            _shape(plane.allowed, (*plane.angles.shape, *problem.stock.masses_g.shape), f"plane {number}.allowed")
     _stock(problem.stock)
 
 
@@ -106,12 +108,7 @@ def _stock(stock: Stock) -> None:
     _not_negative(fasteners, "stock.fasteners_g", "0 where the fastener is not weighed")
     if not np.isfinite(fasteners).all():
         raise NumericsError("a fastener's mass is not finite: state it in g", field="stock.fasteners_g")
-    if (counts < 1).any():
-        raise NumericsError(
-            f"{masses[counts < 1][0]:g} g has a count of {counts.min()}: leave out a mass that is not in the box",
-            field="stock.counts",
-            value=int(counts.min()),
-        )
+    _not_negative(counts, "stock.counts", "0 where the box is used up")
     pairs, times = np.unique(np.stack([masses, fasteners]), axis=1, return_counts=True)
     if (times > 1).any():
         mass = float(pairs[0, times > 1][0])

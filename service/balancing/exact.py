@@ -1,26 +1,27 @@
 """Exact search with a certificate: levels of the objective, each searched completely before the next.
 
 For a level z, everything better than z lies in an ellipsoid around the continuous optimum (`region`). Its shadow on
-each plane is listed by meeting in the middle (`sums`), the lists are combined (`joint`), and what the box can supply is
-rated. After that no selection is better than both z and the best found. Levels grow until they meet the best.
+each plane is listed by meeting in the middle (`sums`), the lists are combined (`joint`), and what the box can supply
+is rated. After that no selection is better than both z and the best found. Levels grow until they meet the best.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from service.balancing.checks import validate
-from service.balancing.joint import Joint, PlaneList, combine, in_the_box
+from service.balancing.joint import PlaneList, combine, combine_up_to
 from service.balancing.objectives import evaluate
-from service.balancing.placements import Selection, result_of, slots, vectors_of
-from service.balancing.region import Bounds, Ellipsoid, bounds_of, ellipsoid
-from service.balancing.selection import Piece, SelectionProblem, SelectionResult, Status
-from service.balancing.sums import Halves, Placements, Sums, halves_of, near, placements_of
+from service.balancing.opened import Opened, opened
+from service.balancing.placements import Selection, effective_g, result_of, vectors_of
+from service.balancing.record import TIE, Record
+from service.balancing.region import Bounds, Ellipsoid, bounds_of, ellipsoid, greatest
+from service.balancing.selection import SelectionProblem, SelectionResult, Status
+from service.balancing.sums import Halves, Sums, halves_of, near, placements_of
 
 Stop = Callable[[], bool]
 
@@ -28,126 +29,137 @@ LARGEST_HALF = 5_000_000
 """Halves that one plane may list: 200 MB."""
 LARGEST_LIST = 1_000_000
 """Selections of one plane that one level may list; beyond that the search ends with what is proved."""
+FEW = 4
+"""Pieces a plane that are searched first where more are allowed: they take little time and are hard to beat."""
 STEP = 2.0
 """Growth of the level over the continuous bound from one level to the next."""
 EXPECTED = 4.0
 """Joint selections that the first level is sized to hold."""
-TIE = 1e-9
-"""Relative difference below which two values are one."""
 
 
 @dataclass(frozen=True)
 class ExactState:
-    """After one step: best selection so far, its value, and a bound that no selection is below."""
+    """After one step: best selections so far, best first, their values, and a bound that no selection is below.
 
-    selection: Selection
-    value: float
+    proved: nothing better is left, for each of them. exhausted: the search ended without proof, for want of memory.
+    """
+
+    selections: tuple[Selection, ...]
+    values: tuple[float, ...]
     lower_bound: float
     evaluations: int
     proved: bool = False
     exhausted: bool = False
 
+    @property
+    def selection(self) -> Selection:
+        """The best selection."""
+        return self.selections[0]
+
+    @property
+    def value(self) -> float:
+        """The best value."""
+        return self.values[0]
+
 
 class _Search:
     """What the steps of one search share."""
 
-    def __init__(self, problem: SelectionProblem, start: Selection | None, most: int | None) -> None:
-        validate(problem)
-        self._planes = len(problem.planes)
-        self._open = [p for p, plane in enumerate(problem.planes) if slots(plane, problem.stock) > 0]
-        self.problem = _only(problem, self._open)
+    def __init__(self, whole: Opened, start: Selection | None, most: int | None, keep: int) -> None:
+        self.whole = whole
+        self.problem = whole.problem
         self.most = most
-        self.selection: Selection = tuple(start[p] if start is not None else () for p in self._open)
-        self.value = self._value()
-        self.floor = 0.0
         self.evaluations = 0
-
-    @cached_property
-    def bounds(self) -> Bounds:
-        """Bounds of the problem, which needs an open plane."""
-        return bounds_of(self.problem)
+        empty: Selection = tuple(() for _ in self.problem.planes)
+        self.record = Record(keep, self._value(empty))
+        self._offer(empty)
+        if start is not None:
+            self._offer(whole.narrow(start))
+        self.floor = 0.0
 
     def state(self, *, proved: bool = False, exhausted: bool = False) -> ExactState:
         """Snapshot."""
-        bound = self.value if proved else min(self.floor, self.value)
-        whole: list[tuple[Piece, ...]] = [()] * self._planes
-        for p, pieces in zip(self._open, self.selection, strict=True):
-            whole[p] = pieces
-        return ExactState(tuple(whole), self.value, bound, self.evaluations, proved, exhausted)
+        found = self.record.entries
+        return ExactState(
+            selections=tuple(self.whole.widen(entry.selection) for entry in found),
+            values=tuple(entry.value for entry in found),
+            lower_bound=found[0].value if proved else min(self.floor, found[0].value),
+            evaluations=self.evaluations,
+            proved=proved,
+            exhausted=exhausted,
+        )
 
-    def _value(self) -> float:
-        return float(evaluate(self.problem.objective, vectors_of(self.problem, self.selection)))
+    def _value(self, selection: Selection) -> float:
+        return float(evaluate(self.problem.objective, vectors_of(self.problem, selection)))
 
-    def rate(self, joint: Joint, lists: list[PlaneList], sums: list[Sums], placements: list[Placements]) -> None:
-        """Take the best choice of `joint` that the box can supply, where it is better than the best so far."""
-        values = evaluate(self.problem.objective, joint.vectors)
-        self.evaluations += len(values)
-        better = np.flatnonzero(values < self.value * (1.0 - TIE))
-        if not better.size:
-            return
-        better = better[np.argsort(values[better], kind="stable")]
-        fits = np.flatnonzero(in_the_box(lists, joint.rows[better], self.problem.stock.counts, self.most))
-        if fits.size:
-            row = joint.rows[better[fits[0]]]
-            self.selection = tuple(
-                placed.pieces(chosen.index[i]) for placed, chosen, i in zip(placements, sums, row, strict=True)
-            )
-            self.value = self._value()
-
-
-def _only(problem: SelectionProblem, planes: list[int]) -> SelectionProblem:
-    """Leave only some planes, the fixed vectors of the others moved into the offset."""
-    objective = problem.objective
-    others = [p for p in range(len(problem.planes)) if p not in planes]
-    fixed = np.array([problem.planes[p].fixed for p in others], dtype=np.complex128)
-    return replace(
-        problem,
-        objective=replace(
-            objective, matrix=objective.matrix[:, planes], offset=objective.offset + objective.matrix[:, others] @ fixed
-        ),
-        planes=tuple(problem.planes[p] for p in planes),
-    )
+    def _offer(self, selection: Selection) -> None:
+        mass = effective_g(self.problem.stock)
+        items = [piece.item for pieces in selection for piece in pieces]
+        scarcity = float((1.0 / self.problem.stock.counts[items]).sum())
+        self.record.offer(selection, self._value(selection), len(items), float(mass[items].sum()), scarcity)
 
 
 def search_exact(
-    problem: SelectionProblem, *, start: Selection | None = None, most_pieces: int | None = None
+    problem: SelectionProblem, *, start: Selection | None = None, most_pieces: int | None = None, keep: int = 1
 ) -> Iterator[ExactState]:
     """Return an iterator of states, ending when the optimum is proved or the search is `exhausted`: too much memory.
 
-    start: a selection known to be allowed. most_pieces: at most so many in all planes together. A step takes some ten
-    milliseconds; the caller stops by leaving. Raises NumericsError for an invalid problem.
+    start: a selection known to be allowed. most_pieces: at most so many in all planes together. keep: how many best
+    selections. A step takes some ten milliseconds; the caller stops by leaving. Raises NumericsError for an invalid
+    problem.
     """
-    search = _Search(problem, start, most_pieces)
+    validate(problem)
+    search = _Search(opened(problem), start, most_pieces, keep)
     if not search.problem.planes or most_pieces == 0:
         yield search.state(proved=True)
         return
-    search.floor = search.bounds.floor
+    bounds = bounds_of(search.problem)
+    search.floor = bounds.floor
     yield search.state()
-    ladder = [4] if max(_pieces(search.problem, most_pieces)) > 4 else []
-    for most in [*ladder, None]:
-        last = most is None
-        for state in _levels(search, most, prove=last):
-            yield state
-            if state.proved or state.exhausted:
-                return
+    most = max(placements_of(plane, search.problem.stock, most_pieces).most for plane in search.problem.planes)
+    quick = most > FEW and (yield from _levels(search, bounds, FEW))
+    if (yield from _levels(search, bounds, None)):
+        return
+    for fewer in range(min(most, FEW) - 1, 0, -1):
+        if quick or (yield from _levels(search, bounds, fewer)):
+            break
+    yield search.state(exhausted=True)
 
 
-def _pieces(problem: SelectionProblem, most: int | None) -> list[int]:
-    return [placements_of(plane, problem.stock, most).most for plane in problem.planes]
+def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[ExactState, None, bool]:
+    """Search at most `rung` pieces a plane, level by level; True where it could be finished.
+
+    Only the search of everything (None) proves, and only where its halves are complete.
+    """
+    halves = yield from _halves(search, rung)
+    complete = rung is None and all(h.complete for h in halves)
+    ceiling = greatest(bounds)
+    level = _first_level(bounds, halves, min(search.record.cap, ceiling))
+    while True:
+        level = min(level, search.record.cap * (1.0 + 2.0 * TIE), ceiling)
+        region = ellipsoid(bounds, level)
+        if region is not None and not (yield from _search_level(search, halves, region)):
+            return False
+        reached = search.record.cap <= level or level >= ceiling
+        if complete:
+            search.floor = max(search.floor, min(level, search.record.entries[0].value))
+        yield search.state(proved=complete and reached)
+        if reached:
+            return complete or rung is not None
+        level = bounds.floor + STEP * (level - bounds.floor)
 
 
-def _levels(search: _Search, most_per_plane: int | None, *, prove: bool) -> Iterator[ExactState]:
-    """Levels of one rung: at most so many pieces a plane; only the last rung may prove."""
+def _halves(search: _Search, rung: int | None) -> Generator[ExactState, None, list[Halves]]:
+    """Halves of every plane; planes with the same positions and limits share theirs."""
     problem = search.problem
-    limits = [m for m in (most_per_plane, search.most) if m is not None]
-    placements = [placements_of(plane, problem.stock, min(limits, default=None)) for plane in problem.planes]
+    limits = [m for m in (rung, search.most) if m is not None]
     halves: list[Halves] = []
-    for p, placed in enumerate(placements):
-        same = next((q for q in range(p) if _alike(problem, p, q)), None)
+    for p, plane in enumerate(problem.planes):
+        same = next((q for q in range(p) if search.whole.alike(p, q)), None)
         if same is not None:
             halves.append(halves[same])
             continue
-        building = halves_of(placed, LARGEST_HALF)
+        building = halves_of(placements_of(plane, problem.stock, min(limits, default=None)), LARGEST_HALF)
         while True:
             try:
                 next(building)
@@ -155,74 +167,59 @@ def _levels(search: _Search, most_per_plane: int | None, *, prove: bool) -> Iter
                 halves.append(done.value)
                 break
             yield search.state()
-    complete = prove and all(h.complete for h in halves)
-    level = _first_level(search, halves)
-    floor = search.bounds.floor
-    while True:
-        level = min(level, search.value)
-        region = ellipsoid(search.bounds, level)
-        if region is not None and not (yield from _search_level(search, halves, placements, region)):
-            yield search.state(exhausted=prove)
-            return
-        reached = search.value <= level * (1.0 + TIE)
-        if complete:
-            search.floor = max(search.floor, min(level, search.value))
-        yield search.state(proved=complete and reached, exhausted=prove and reached and not complete)
-        if reached:
-            return
-        level = floor + STEP * (level - floor)
+    return halves
 
 
-def _search_level(
-    search: _Search, halves: list[Halves], placements: list[Placements], region: Ellipsoid
-) -> Generator[ExactState, None, bool]:
+def _search_level(search: _Search, halves: list[Halves], region: Ellipsoid) -> Generator[ExactState, None, bool]:
     """Search one ellipsoid completely; False where its lists grow too long."""
-    inverse = np.linalg.inv(region.form)
-    sums: list[Sums] = []
+    lists: list[PlaneList] = []
     for p, (half, plane) in enumerate(zip(halves, search.problem.planes, strict=True)):
-        shadow = np.linalg.cholesky(np.linalg.inv(inverse[2 * p : 2 * p + 2, 2 * p : 2 * p + 2])).T
-        x, y = shadow[:, 0], shadow[:, 1]
-        along, across = complex(x[0], x[1]), complex(y[0], y[1])
-        shape = (along - 1j * across) / 2.0, (along + 1j * across) / 2.0
-        centre = complex(region.centre[2 * p], region.centre[2 * p + 1]) - plane.fixed
+        centre, shape = _shadow(region, p)
         found: list[Sums] = []
         total = 0
-        for part in near(half, centre, shape, 1.0 + TIE):
-            found.append(part)
+        for part in near(half, centre - plane.fixed, shape, 1.0 + TIE):
+            found += [part] if len(part) else []
             total += len(part)
             if total > LARGEST_LIST:
                 return False
             yield search.state()
-        some = [part for part in found if len(part)] or [Sums(np.empty((0, 1), np.int64), np.empty(0, complex))]
-        sums.append(Sums(np.concatenate([s.index for s in some]), np.concatenate([s.vector for s in some])))
-    lists = [
-        PlaneList.of(chosen, placed.item, plane.fixed)
-        for chosen, placed, plane in zip(sums, placements, search.problem.planes, strict=True)
-    ]
-    if all(len(chosen) for chosen in sums):
-        for joint in combine(lists, region):
-            search.rate(joint, lists, sums, placements)
-            yield search.state()
+        if not found:
+            return True
+        sums = Sums(np.concatenate([s.index for s in found]), np.concatenate([s.vector for s in found]))
+        lists.append(PlaneList.of(sums, half.placements, plane.fixed))
+    joints = combine(lists, region) if search.most is None else combine_up_to(lists, region, search.most)
+    for joint in joints:
+        values = evaluate(search.problem.objective, joint.vectors)
+        search.evaluations += len(values)
+        search.record.rate(joint, values, search.problem.stock.counts)
+        yield search.state()
     return True
 
 
-def _first_level(search: _Search, halves: list[Halves]) -> float:
+def _shadow(region: Ellipsoid, p: int) -> tuple[complex, tuple[complex, complex]]:
+    """Shadow of the ellipsoid on plane p: its centre, and the map T(z) = a z + b conj(z) that makes it a unit disc."""
+    own = slice(2 * p, 2 * p + 2)
+    turn = np.linalg.cholesky(np.linalg.inv(np.linalg.inv(region.form)[own, own])).T
+    x, y = complex(turn[0, 0], turn[1, 0]), complex(turn[0, 1], turn[1, 1])
+    return complex(*region.centre[own]), ((x - 1j * y) / 2.0, (x + 1j * y) / 2.0)
+
+
+def _first_level(bounds: Bounds, halves: list[Halves], highest: float) -> float:
     """Level whose ellipsoid should hold a few joint selections, from the density of sums at the continuous optimum."""
-    bounds = search.bounds
     density = 0.0
-    for half, u, plane in zip(halves, bounds.continuous, search.problem.planes, strict=True):
-        density += math.log(max(_density(half, u - plane.fixed), 1e-9))
-    low, high = bounds.floor, max(search.value, bounds.floor)
-    for _ in range(24):
-        middle = low + 0.5 * (high - low) if low > bounds.floor else bounds.floor + (high - bounds.floor) / 4.0
-        region = ellipsoid(bounds, middle)
+    for half, u in zip(halves, bounds.continuous, strict=True):
+        density += math.log(max(_density(half, u), 1e-9))
+    above, too_low = max(highest - bounds.floor, 0.0), 0.0
+    while above > 1.5 * too_low:
+        middle = math.sqrt(above * too_low) if too_low > 0.0 else above / 4.0
+        region = ellipsoid(bounds, bounds.floor + middle)
         if region is None or density + _log_volume(region) < math.log(EXPECTED):
-            low = middle
+            too_low = middle
         else:
-            high = middle
-        if low > bounds.floor and high - bounds.floor < 1.5 * (low - bounds.floor):
+            above = middle
+        if above < 1e-12 * highest:
             break
-    return high
+    return bounds.floor + above
 
 
 def _density(half: Halves, centre: complex) -> float:
@@ -238,19 +235,6 @@ def _log_volume(region: Ellipsoid) -> float:
     return n / 2.0 * math.log(math.pi) - math.lgamma(n / 2.0 + 1.0) - 0.5 * float(np.linalg.slogdet(region.form)[1])
 
 
-def _alike(problem: SelectionProblem, p: int, q: int) -> bool:
-    """Whether two planes have the same positions and limits, so that they share their halves."""
-    one, other = problem.planes[p], problem.planes[q]
-    same: Sequence[bool] = [
-        np.array_equal(one.angles, other.angles),
-        np.array_equal(one.capacity, other.capacity),
-        np.array_equal(one.capacity_g, other.capacity_g),
-        one.max_pieces == other.max_pieces,
-        one.max_mass_g == other.max_mass_g,
-    ]
-    return all(same)
-
-
 def solve_exact(
     problem: SelectionProblem,
     *,
@@ -264,18 +248,19 @@ def solve_exact(
     `optimal`: proved. `within_uncertainty`: nothing can be better by more than `uncertainty` (objective's unit), which
     the measurement cannot tell. `limit_reached`: stopped by `stop()` or by memory; value and bound still hold.
     """
-    state: ExactState | None = None
     for state in search_exact(problem, start=start, most_pieces=most_pieces):
         if state.proved or state.value - state.lower_bound <= uncertainty or stop():
             break
-    if state is None:  # pragma: no cover - the search always yields
-        raise AssertionError
-    status, message = ending(state, uncertainty)
+    return exact_result(problem, state, uncertainty)
+
+
+def exact_result(problem: SelectionProblem, state: ExactState, uncertainty: float = 0.0) -> SelectionResult:
+    """Result of a search that ended in `state`."""
+    status, message = _ending(state, uncertainty)
     return result_of(problem, state.selection, status, message, state.evaluations, state.lower_bound)
 
 
-def ending(state: ExactState, uncertainty: float) -> tuple[Status, str]:
-    """Status and message of a search that ended in `state`."""
+def _ending(state: ExactState, uncertainty: float) -> tuple[Status, str]:
     gap = state.value - state.lower_bound
     if state.proved or gap <= 0.0:
         return "optimal", "proved: no selection within the limits is better"

@@ -81,6 +81,8 @@ def _choices(problem: SelectionProblem, p: int) -> _Choices:
         grams = ((index[:, :, None] // items == np.arange(holes)) * mass[index % items][:, :, None]).sum(axis=1)
         fits = (at <= plane.capacity).all(axis=1) & within_g(grams, plane.capacity_g).all(axis=1)
         fits &= within_g(used @ mass, plane.max_mass_g) & (used <= problem.stock.counts).all(axis=1)
+        if plane.allowed is not None:
+            fits &= plane.allowed.ravel()[index].all(axis=1)
         pairs += [chosen[i] for i in np.flatnonzero(fits)]
         vectors.append(plane.fixed + vector[index[fits]].sum(axis=1))
         usage.append(used[fits])

@@ -183,6 +183,8 @@ def _repaired(problem: SelectionProblem, layout: _Layout, rank: IntArray, positi
             taken = rank[:, s] > 0
             fits = (pieces[n, where] > 0) & within_g(grams[n, where] + mass, plane.capacity_g[order][where])
             fits &= within_g(total + mass, plane.max_mass_g) & (left[n, item] > 0)
+            if plane.allowed is not None:
+                fits &= plane.allowed[order[where], item]
             mended[:, s] = np.where(fits, rank[:, s], 0)
             kept = fits & taken
             pieces[n, where] -= kept

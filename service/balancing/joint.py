@@ -14,7 +14,8 @@ import numpy as np
 from service.balancing.neighbours import Columns
 from service.balancing.phasors import ComplexArray, FloatArray, IntArray
 from service.balancing.region import Ellipsoid
-from service.balancing.sums import Bools, Sums
+from service.balancing.selection import BoolArray, Piece
+from service.balancing.sums import Placements, Sums
 
 BRANCH = 20_000
 """Partial selections that are extended together."""
@@ -24,26 +25,79 @@ BRANCH = 20_000
 class PlaneList:
     """Selections of one plane.
 
-    vector: (n,) sums with `fixed`, g. items: (n, k) in stock, one past the last for none. pieces: (n,).
+    vector: (n,) sums with `fixed`, g. items: (n, k) in stock, one past the last for none. pieces, mass_g: (n,).
+    scarcity: (n,), how much of the box's rare masses they take: the sum over pieces of 1 / count.
     """
 
     vector: ComplexArray
     items: IntArray
     pieces: IntArray
+    mass_g: FloatArray
+    scarcity: FloatArray
+    placements: Placements
+    index: IntArray
 
     @classmethod
-    def of(cls, sums: Sums, item: IntArray, fixed: complex) -> PlaneList:
-        """List `sums`, whose placements carry the items `item`."""
-        items = item[sums.index]
-        return cls(sums.vector + fixed, items, (items < item[-1]).sum(axis=1))
+    def of(cls, sums: Sums, placements: Placements, fixed: complex) -> PlaneList:
+        """List `sums` of these placements."""
+        items = placements.item[sums.index]
+        return cls(
+            vector=sums.vector + fixed,
+            items=items,
+            pieces=(sums.index != placements.none).sum(axis=1),
+            mass_g=placements.mass[sums.index].sum(axis=1),
+            scarcity=(1.0 / placements.counts[items]).sum(axis=1),
+            placements=placements,
+            index=sums.index,
+        )
+
+    def only(self, pieces: int) -> PlaneList:
+        """Those of exactly so many pieces."""
+        keep = self.pieces == pieces
+        return PlaneList(
+            self.vector[keep],
+            self.items[keep],
+            self.pieces[keep],
+            self.mass_g[keep],
+            self.scarcity[keep],
+            self.placements,
+            self.index[keep],
+        )
+
+    def selection(self, row: int) -> tuple[Piece, ...]:
+        """Pieces of one entry."""
+        return self.placements.pieces(self.index[row])
 
 
 @dataclass(frozen=True)
 class Joint:
     """n selections of all planes: rows (n, P) in the planes' lists, and vector sums (n, P) in g."""
 
+    lists: list[PlaneList]
     rows: IntArray
     vectors: ComplexArray
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def total(self, name: str, chosen: IntArray) -> FloatArray:
+        """Sum over the planes of `pieces`, `mass_g` or `scarcity`, of the chosen rows."""
+        parts = [getattr(where, name)[self.rows[chosen, p]] for p, where in enumerate(self.lists)]
+        return np.asarray(np.sum(parts, axis=0), dtype=np.float64)
+
+    def in_the_box(self, chosen: IntArray, counts: IntArray) -> BoolArray:
+        """Which of the chosen rows the box can supply."""
+        parts = [where.items[self.rows[chosen, p]] for p, where in enumerate(self.lists)]
+        items = np.concatenate(parts, axis=1)
+        limits = np.append(counts, np.iinfo(np.int64).max)
+        fits = np.ones(len(items), dtype=bool)
+        for j in range(items.shape[1]):
+            fits &= (items == items[:, j : j + 1]).sum(axis=1) <= limits[items[:, j]]
+        return fits
+
+    def selection(self, row: int) -> tuple[tuple[Piece, ...], ...]:
+        """Pieces of one row, per plane."""
+        return tuple(where.selection(int(i)) for where, i in zip(self.lists, self.rows[row], strict=True))
 
 
 @dataclass(frozen=True)
@@ -58,6 +112,8 @@ class _Step:
 
 def combine(lists: list[PlaneList], region: Ellipsoid) -> Iterator[Joint]:
     """Yield every joint choice within `region` in chunks, box not yet asked; a chunk may be empty."""
+    if any(len(chosen.vector) == 0 for chosen in lists):
+        return
     order = np.argsort([len(chosen.vector) for chosen in lists], kind="stable")
     steps = [_step(lists, region, order[: d + 1]) for d in range(1, len(order))]
     start = np.arange(len(lists[order[0]].vector))[:, None]
@@ -65,19 +121,15 @@ def combine(lists: list[PlaneList], region: Ellipsoid) -> Iterator[Joint]:
         back = np.empty_like(rows)
         back[:, order] = rows
         vectors = np.stack([chosen.vector[back[:, p]] for p, chosen in enumerate(lists)], axis=1)
-        yield Joint(back, vectors)
+        yield Joint(lists, back, vectors)
 
 
-def in_the_box(lists: list[PlaneList], rows: IntArray, counts: IntArray, most: int | None = None) -> Bools:
-    """Which joint choices rows (n, P) the box can supply, and carry at most `most` pieces in all planes together."""
-    items = np.concatenate([chosen.items[rows[:, p]] for p, chosen in enumerate(lists)], axis=1)
-    limits = np.append(counts, np.iinfo(np.int64).max)
-    fits = np.ones(len(rows), dtype=bool)
-    for j in range(items.shape[1]):
-        fits &= (items == items[:, j : j + 1]).sum(axis=1) <= limits[items[:, j]]
-    if most is not None:
-        fits &= sum(chosen.pieces[rows[:, p]] for p, chosen in enumerate(lists)) <= most
-    return fits
+def combine_up_to(lists: list[PlaneList], region: Ellipsoid, most: int) -> Iterator[Joint]:
+    """As `combine`, with at most `most` pieces in all planes together: every split of them by itself."""
+    by_pieces = [[chosen.only(k) for k in range(most + 1)] for chosen in lists]
+    for split in np.ndindex(*(most + 1 for _ in lists)):
+        if sum(split) <= most:
+            yield from combine([parts[k] for parts, k in zip(by_pieces, split, strict=True)], region)
 
 
 def _step(lists: list[PlaneList], region: Ellipsoid, planes: IntArray) -> _Step:
@@ -100,14 +152,14 @@ def _extend(
         yield rows
         return
     step = steps[depth - 1]
+    p = order[depth]
     for cut in range(0, len(rows), BRANCH):
         some = rows[cut : cut + BRANCH]
-        known = [lists[p].vector[some[:, d]] for d, p in enumerate(order[:depth])]
+        known = [lists[q].vector[some[:, d]] for d, q in enumerate(order[:depth])]
         away = np.stack([part for u in known for part in (u.real, u.imag)], axis=1)
-        away -= np.concatenate([region.centre[2 * p : 2 * p + 2] for p in order[:depth]])
+        away -= np.concatenate([region.centre[2 * q : 2 * q + 2] for q in order[:depth]])
         room = 1.0 - np.einsum("ni,ij,nj->n", away, step.form, away)
         inside = room >= 0.0
-        p = order[depth]
         middle = region.centre[2 * p : 2 * p + 2] - away[inside] @ step.follow.T
         queries = _turned(step.turn, middle[:, 0] + 1j * middle[:, 1])
         kept = some[inside]

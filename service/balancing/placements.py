@@ -8,7 +8,15 @@ import numpy as np
 
 from service.balancing.objectives import evaluate, residual
 from service.balancing.phasors import ComplexArray, FloatArray
-from service.balancing.selection import Piece, SelectionPlane, SelectionProblem, SelectionResult, Status, Stock
+from service.balancing.selection import (
+    BoolArray,
+    Piece,
+    SelectionPlane,
+    SelectionProblem,
+    SelectionResult,
+    Status,
+    Stock,
+)
 
 Selection = tuple[tuple[Piece, ...], ...]
 
@@ -21,7 +29,7 @@ def effective_g(stock: Stock) -> FloatArray:
     return np.asarray(stock.masses_g + stock.fasteners_g, dtype=np.float64)
 
 
-def within_g(mass: FloatArray, limit: FloatArray | float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def within_g(mass: FloatArray, limit: FloatArray | float) -> BoolArray:
     """Whether masses stay within limits in grams, up to rounding."""
     return np.asarray(mass <= np.asarray(limit) * (1.0 + MASS_SLACK))
 
@@ -66,6 +74,8 @@ def broken_limit(problem: SelectionProblem, selection: Sequence[Sequence[Piece]]
             return f"plane {number} carries more pieces in a position than it takes"
         if not within_g(grams, plane.capacity_g).all():
             return f"plane {number} carries more grams in a position than it takes"
+        if plane.allowed is not None and not plane.allowed[positions, items].all():
+            return f"plane {number} carries a piece in a position that it may not go to"
     if (used > problem.stock.counts).any():
         return "more pieces of one mass are used than the box holds"
     return None

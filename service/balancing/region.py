@@ -100,6 +100,16 @@ def ellipsoid(bounds: Bounds, z: float) -> Ellipsoid | None:
     return found
 
 
+def greatest(bounds: Bounds) -> float:
+    """Value that no selection exceeds."""
+    middle = np.sqrt(((bounds.rows @ _real(bounds.reach.centre) + bounds.offsets) ** 2).sum(axis=1))
+    spread = np.zeros(len(bounds.rows))
+    for p, radius in enumerate(bounds.reach.radius):
+        spread += radius * np.linalg.norm(bounds.rows[:, :, 2 * p : 2 * p + 2], ord=2, axis=(1, 2))
+    longest = middle + spread
+    return float(longest.max() if bounds.norm == "max" else longest.sum()) * (1.0 + SLACK)
+
+
 def _weighted_rows(objective: Objective) -> tuple[FloatArray, FloatArray]:
     """Real rows (groups, k, 2 P) and offsets (groups, k), weights included."""
     a, o, w = objective.matrix, objective.offset, objective.weights

@@ -18,9 +18,11 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from service.balancing.phasors import ComplexArray, FloatArray, IntArray
 
+BoolArray = NDArray[np.bool_]
 Norm = Literal["components", "sum", "max", "rms"]
 Status = Literal["optimal", "within_uncertainty", "limit_reached", "heuristic", "infeasible"]
 
@@ -48,7 +50,8 @@ class SelectionPlane:
 
     angles: (H,) radians, internal sense. capacity: (H,) pieces that each position still takes (0: blocked or
     occupied). capacity_g: (H,) grams that each position still takes, fasteners included. max_pieces, max_mass_g: of the
-    pieces chosen. fixed: vector sum, in g, of pieces that stay whatever is chosen.
+    pieces chosen. fixed: vector sum, in g, of pieces that stay whatever is chosen. allowed: (H, I), which item may go
+    into which position, where that is restricted.
     """
 
     angles: FloatArray
@@ -57,6 +60,7 @@ class SelectionPlane:
     max_pieces: int
     max_mass_g: float = float("inf")
     fixed: complex = 0j
+    allowed: BoolArray | None = None
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import numpy as np
 from service.balancing.neighbours import Columns
 from service.balancing.phasors import ComplexArray, FloatArray, IntArray
 from service.balancing.placements import effective_g, slots, within_g
-from service.balancing.selection import Piece, SelectionPlane, Stock
+from service.balancing.selection import BoolArray, Piece, SelectionPlane, Stock
 
 EXTEND_CHUNK = 100_000
 """Halves extended between two stops."""
@@ -24,7 +24,6 @@ SLAB = 300_000
 """Halves sorted at a time."""
 OVERSHOOT = 4
 """How many times the allowed length a list may have before its limits are applied."""
-Bools = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,7 @@ class Placements:
         """Index that stands for no piece."""
         return len(self.vector) - 1
 
-    def allowed(self, index: IntArray) -> Bools:
+    def allowed(self, index: IntArray) -> BoolArray:
         """Which rows of index (n, k) keep every limit of the plane and of the box."""
         position, item, mass = self.position[index], self.item[index], self.mass[index]
         fits = np.asarray(within_g(mass.sum(axis=1), self.max_mass_g))
@@ -103,7 +102,9 @@ def placements_of(plane: SelectionPlane, stock: Stock, most: int | None = None) 
     holes, items = len(plane.angles), len(mass)
     position, item = np.divmod(np.arange(holes * items), items)
     fits = (plane.capacity[position] > 0) & within_g(mass[item], plane.capacity_g[position])
-    fits &= within_g(mass[item], plane.max_mass_g)
+    fits &= within_g(mass[item], plane.max_mass_g) & (stock.counts[item] > 0)
+    if plane.allowed is not None:
+        fits &= plane.allowed.ravel()
     position, item = position[fits], item[fits]
     pieces = slots(plane, stock)
     return Placements(
@@ -134,10 +135,12 @@ def halves_of(placements: Placements, largest: int) -> Generator[None, None, Hal
             return split
     size = len(levels) - 1
     shorter = most - size if complete else size
+    first = yield from _gathered(placements, levels, size)
+    second = first if shorter == size else (yield from _gathered(placements, levels[: shorter + 1], shorter))
     return Halves(
         placements,
-        _gathered(placements, levels, size),
-        _gathered(placements, levels[: shorter + 1], shorter),
+        first,
+        second,
         ordered=True,
         complete=complete,
     )
@@ -151,7 +154,7 @@ def _by_position(placements: Placements, largest: int) -> Generator[None, None, 
         levels = yield from _levels(placements, mine, placements.most, largest)
         if len(levels) <= placements.most and len(levels[-1]):
             return None
-        parts.append(_gathered(placements, levels, len(levels) - 1))
+        parts.append((yield from _gathered(placements, levels, len(levels) - 1)))
     return Halves(placements, parts[0], parts[1], ordered=False, complete=True)
 
 
@@ -190,15 +193,21 @@ def _cuts(many: IntArray, chunk: int) -> list[slice]:
     return [slice(a, b) for a, b in pairwise([0, *edges.tolist(), len(many)]) if b > a]
 
 
-def _gathered(placements: Placements, levels: list[IntArray], width: int) -> Sums:
+def _gathered(placements: Placements, levels: list[IntArray], width: int) -> Generator[None, None, Sums]:
     """All levels as one list, rows filled up with "no piece"."""
-    rows = []
+    total = sum(len(level) for level in levels)
+    index = np.full((total, width), placements.none, dtype=levels[0].dtype)
+    vector = np.zeros(total, dtype=np.complex128)
+    start = 0
     for level in levels:
-        padded = np.full((len(level), width), placements.none, dtype=level.dtype)
-        padded[:, : level.shape[1]] = level
-        rows.append(padded)
-    index = np.concatenate(rows)
-    return Sums(index, np.concatenate([placements.vector[level].sum(axis=1) for level in levels]))
+        for cut in range(0, len(level), SLAB):
+            part = level[cut : cut + SLAB]
+            rows = slice(start, start + len(part))
+            index[rows, : level.shape[1]] = part
+            vector[rows] = placements.vector[part].sum(axis=1)
+            start += len(part)
+            yield
+    return Sums(index, vector)
 
 
 def near(halves: Halves, centre: complex, shape: tuple[complex, complex], radius: float) -> Iterator[Sums]:
@@ -207,18 +216,21 @@ def near(halves: Halves, centre: complex, shape: tuple[complex, complex], radius
     A chunk may be empty; it only marks a moment at which to stop.
     """
     first, second = halves.first, halves.second
+    stop = Sums(first.index[:0], first.vector[:0])
     ends = shape[0] * second.vector + shape[1] * np.conj(second.vector)
-    rest = centre - first.vector
-    wanted = shape[0] * rest + shape[1] * np.conj(rest)
-    slabs = max(1, math.ceil(len(second) / SLAB))
-    edges = np.quantile(ends.real, np.linspace(0.0, 1.0, slabs + 1)) if slabs > 1 else np.array([-math.inf, math.inf])
-    edges[-1] = math.inf
+    yield stop
+    wanted = (shape[0] * centre + shape[1] * np.conj(centre)) - (
+        ends if second is first else shape[0] * first.vector + shape[1] * np.conj(first.vector)
+    )
+    slabs = max(1, math.ceil(len(ends) / SLAB))
+    edges = np.array([-math.inf, *np.quantile(ends.real[::slabs], np.arange(1, slabs) / slabs), math.inf])
     for low, high in pairwise(edges.tolist()):
-        points = np.arange(len(ends)) if slabs == 1 else np.flatnonzero((ends.real >= low) & (ends.real < high))
-        queries = np.arange(len(wanted))
+        yield stop
+        points, queries = np.arange(len(ends)), np.arange(len(wanted))
         if slabs > 1:
+            points = np.flatnonzero((ends.real >= low) & (ends.real < high))
             queries = np.flatnonzero((wanted.real >= low - radius) & (wanted.real <= high + radius))
-        yield Sums(first.index[:0, :0], first.vector[:0])
+        yield stop
         columns = Columns(ends[points], radius)
         for cut in range(0, len(queries), SLAB):
             some = queries[cut : cut + SLAB]
