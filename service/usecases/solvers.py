@@ -6,17 +6,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from db.documents.plan import Method
-from service.balancing.exact import ending, search_exact
+from service.balancing.exact import exact_result, search_exact
 from service.balancing.jaya import solve_jaya
-from service.balancing.placements import Selection, result_of
+from service.balancing.placements import Selection
 from service.balancing.selection import SelectionProblem, SelectionResult
 
 JAYA_SHARE = 0.2
 """Share of the time limit that `certified` leaves to the modified Jaya."""
 
 PATIENCE = 24
-"""Steps of the exact search before it may end `within_uncertainty`: what is proved that quickly is proved in full. Steps,
-not seconds, so that the same session gives the same answer on a busy machine."""
+"""Steps of the exact search before it may end `within_uncertainty`; what takes fewer is proved in full.
+
+Steps, not seconds, so that the same session gives the same answer on a busy machine.
+"""
 
 
 @dataclass(frozen=True)
@@ -80,5 +82,4 @@ def prove(
         near = step >= PATIENCE and state.value - state.lower_bound <= uncertainty
         if state.proved or near or stop():
             break
-    status, message = ending(state, uncertainty)
-    return result_of(problem, state.selection, status, message, state.evaluations, state.lower_bound)
+    return exact_result(problem, state, uncertainty)
