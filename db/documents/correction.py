@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Len
+from annotated_types import Ge, Le, Len
 
-from db.documents.base import Name, document
+from db.documents.base import Name, Positive, document
 from db.documents.run import MassOnRotor
 
+CorrectionMethod = Literal["least_squares", "weighted", "minimax"]
 CorrectionSource = Literal["fit", "balancer"]
 Severity = Literal["info", "warning", "error"]
 
@@ -19,8 +20,17 @@ class CorrectionRequest:
 
     source: CorrectionSource
     """fit: least squares over all runs that are not excluded; balancer: an answer that a balancer computed."""
-    method: Literal["least_squares"] | None = None
-    """How the masses follow from the influence coefficients; only with `fit`."""
+    method: CorrectionMethod | None = None
+    """How the masses follow from the influence coefficients; only with `fit`. least_squares (default): all sensors
+    count alike; weighted: each by its limit; minimax: the greatest amplitude over limit becomes smallest."""
+    damping: Annotated[float, Ge(0), Le(10)] | None = None
+    """Damping of the least squares, as a share of the greatest singular value; for planes that buck each other."""
+    max_mass_g: Positive | None = None
+    """Greatest continuous mass, g, in each plane."""
+    planes: Annotated[tuple[Name, ...], Len(1, 8)] | None = None
+    """Correct in these planes only; the others keep what the latest run had in them."""
+    mounted_later: Annotated[tuple[MassOnRotor, ...], Len(1, 64)] | None = None
+    """Parts mounted after balancing, at the plane's radius: the drum is to run well with them."""
     masses: Annotated[tuple[MassOnRotor, ...], Len(1, 64)] | None = None
     """The balancer's answer: the total to have on the as-found rotor, trial masses off."""
     answer_id: Name | None = None
@@ -96,6 +106,22 @@ class PlaneMass:
 
 
 @document
+class FitQuality:
+    """How well the runs determine the influence coefficients, and how near the method came to its aim."""
+
+    condition: float | None
+    """Condition number of the coefficients, columns scaled to length 1; null where planes are dependent."""
+    significance: tuple[float, ...]
+    """Darlow's significance of each plane, 0 to 1; at most 0.2 marks a plane that does what others do."""
+    degrees_of_freedom: tuple[int, ...]
+    """Real degrees of freedom left for each predicted vector; 0: the runs just determine it."""
+    objective_value: float
+    """What the method made small: root of the sum of squares, or greatest, of the weighted amplitudes."""
+    lower_bound: float
+    """No admissible masses come below it."""
+
+
+@document
 class Diagnostic:
     """Something the technician should know."""
 
@@ -107,6 +133,12 @@ class Diagnostic:
     """What was seen, with its value."""
     advice: str
     """What to do."""
+    runs: tuple[int, ...] = ()
+    """Numbers of the runs it is about; empty: all."""
+    planes: tuple[str, ...] = ()
+    """Planes it is about; empty: all."""
+    sensors: tuple[str, ...] = ()
+    """Sensors it is about; empty: all."""
 
 
 @document
@@ -131,6 +163,8 @@ class Correction:
     """That total minus what was on the rotor in the latest run."""
     predicted: tuple[SensorVector, ...]
     """Vibration to expect with the corrections fitted exactly."""
+    quality: FitQuality | None
+    """How well the runs determine the influence coefficients; null for a balancer's answer."""
     diagnostics: tuple[Diagnostic, ...]
     """What the technician should know, worst first."""
     stale: bool = False

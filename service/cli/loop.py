@@ -66,6 +66,8 @@ class Loop:
     def correct(self) -> dict[str, Any]:
         """Corrections, a plan, the masses bolted on, and a check run; returns the plan."""
         correction = self.client.post(f"/sessions/{self.session_id}/corrections", {"source": "fit"})
+        for finding in correction["diagnostics"]:
+            self.say(f"{finding['severity']}: {finding['message']}. {finding['advice']}")
         for wanted in correction["corrections"]:
             self.say(f"correction in {wanted['plane']}: {wanted['mass_g']:.1f} g @ {wanted['angle_deg']:.1f} deg")
         request = {

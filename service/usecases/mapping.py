@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from db.documents.correction import Coefficient, Interval, PlaneMass, SensorVector
+from db.documents.correction import Coefficient, Diagnostic, Interval, PlaneMass, SensorVector
 from db.documents.machine import Machine, Sensor
 from db.documents.plan import Placement
-from db.documents.run import MassOnRotor, Run, RunOut
+from db.documents.run import MassOnRotor, Run, RunOut, RunReading
+from service.balancing.diagnosis.findings import Finding
 from service.balancing.fit import InfluenceFit, Prediction, RunSet, amplitude_interval
 from service.balancing.labels import Labels
 from service.balancing.phasors import ComplexArray, FloatArray, phasor, polar
@@ -92,6 +93,55 @@ def _vectors_with_phase(machine: Machine, run: Run, run_out: Sequence[RunOut]) -
         for r in run.readings
         if r.phase_deg is not None
     }
+
+
+def speeds(runs: Sequence[Run], rows: Sequence[Channel]) -> FloatArray:
+    """Measured speed (K, S), r/min; nan where not stated."""
+    return _table(runs, rows, lambda reading, _sensor: reading.speed_rpm)
+
+
+def overalls(runs: Sequence[Run], rows: Sequence[Channel]) -> FloatArray:
+    """Broadband value (K, S) on the scale of the amplitude: a pure sine reads the same in both."""
+
+    def as_amplitude(reading: RunReading, sensor: Sensor) -> float | None:
+        if reading.overall_rms is None:
+            return None
+        rms = Scale(sensor.quantity, sensor.unit, "rms")
+        return convert_amplitude(reading.overall_rms, rms, Scale(sensor.quantity, sensor.unit, sensor.detection))
+
+    return _table(runs, rows, as_amplitude)
+
+
+def diagnostics(
+    machine: Machine, runs: Sequence[Run], rows: Sequence[Channel], findings: Iterable[Finding]
+) -> tuple[Diagnostic, ...]:
+    """Findings with names for indices."""
+    return tuple(
+        Diagnostic(
+            code=finding.code,
+            severity=finding.severity,
+            message=finding.message,
+            advice=finding.advice,
+            runs=tuple(runs[k].number for k in finding.runs),
+            planes=tuple(machine.planes[p].name for p in finding.planes),
+            sensors=tuple(rows[s].sensor.name for s in finding.sensors),
+        )
+        for finding in findings
+    )
+
+
+def _table(
+    runs: Sequence[Run], rows: Sequence[Channel], value: Callable[[RunReading, Sensor], float | None]
+) -> FloatArray:
+    """One number of every reading (K, S); nan where there is none."""
+    out = np.full((len(runs), len(rows)), np.nan)
+    for k, run in enumerate(runs):
+        by_sensor = {reading.sensor: reading for reading in run.readings}
+        for s, row in enumerate(rows):
+            reading = by_sensor.get(row.sensor.name) if row.speed_rpm == run.nominal_speed_rpm else None
+            number = None if reading is None else value(reading, row.sensor)
+            out[k, s] = np.nan if number is None else number
+    return out
 
 
 def labels(machine: Machine, runs: Sequence[Run], rows: Sequence[Channel]) -> Labels:

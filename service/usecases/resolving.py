@@ -147,6 +147,7 @@ def _first_correction() -> Correction:
         corrections=(),
         trim=(),
         predicted=(),
+        quality=None,
         diagnostics=(),
     )
 
