@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from service.cli import benching
 from service.errors import DrumtrueError
 
 app = typer.Typer(
@@ -17,6 +18,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+app.add_typer(benching.app, name="bench")
 
 DatabaseUrl = Annotated[
     str | None,
