@@ -60,7 +60,7 @@ def _p_alone() -> Any:
 
 def run_with(**changes: Any) -> dict[str, Any]:
     """An initial run whose reading is changed."""
-    return {**INITIAL, "readings": [{**INITIAL["readings"][0], **changes}]}  # type: ignore[dict-item, index]
+    return {**INITIAL, "readings": [{**INITIAL["readings"][0], **changes}]}  # type: ignore[dict-item]
 
 
 def trial(*masses: dict[str, Any]) -> dict[str, Any]:
@@ -131,7 +131,7 @@ RULES: dict[str, tuple[str, str, object, int, str, str | None]] = {
         "POST", RUN, {**INITIAL, "masses": [mass("1", 1.0, 0.0)]}, 422, "invalid_input", "masses",
     ),
     "sensor twice": (
-        "POST", RUN, {**INITIAL, "readings": [INITIAL["readings"][0]] * 2}, 422, "sensor_twice", "readings[1].sensor",  # type: ignore[index]
+        "POST", RUN, {**INITIAL, "readings": [INITIAL["readings"][0]] * 2}, 422, "sensor_twice", "readings[1].sensor",
     ),
     "neither readings nor take": ("POST", RUN, {"kind": "initial"}, 422, "invalid_input", "readings"),
     "readings and take": ("POST", RUN, {**INITIAL, "take": TAKE}, 422, "invalid_input", "readings"),
