@@ -108,7 +108,8 @@ def ingest_answer(work: Work, answer: BalancerAnswer) -> StoredAnswer:
         key = (answer.source, answer.sequence)
         stored = store.known(BalancerAnswerRow, [key]).get(key)
         if isinstance(stored, BalancerAnswerRow):
-            if (stored.taken_at, stored.masses) != (answer.taken_at, answer.masses):
+            same_session = answer.session_id in (None, stored.session_id)
+            if not same_session or (stored.taken_at, stored.masses) != (answer.taken_at, answer.masses):
                 raise _reused(key, "sequence")
             return StoredAnswer(id=stored.id, session_id=stored.session_id, accepted=False)
         row = BalancerAnswerRow(
@@ -193,7 +194,8 @@ def _row(targets: _Targets, reading: Reading, where: str) -> dict[str, Any]:
 
 def _check_same(store: Store, rows: dict[tuple[str, int], dict[str, Any]]) -> None:
     for key, stored in store.known(ReadingRow, list(rows)).items():
-        if any(getattr(stored, name) != value for name, value in rows[key].items()):
+        # The machine is not sent: a source that was moved since still sent the same reading.
+        if any(getattr(stored, name) != value for name, value in rows[key].items() if name != "machine_id"):
             raise _reused(key, "sequence")
 
 
