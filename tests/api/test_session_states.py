@@ -153,6 +153,18 @@ class TestStale:
         shop.ask("PATCH", path, {"excluded": False, "reason": "it was right"})
         assert shop.correct(session)["runs"] == [1, 2, 3, 4]
 
+    def test_a_run_supersedes_a_mistyped_one(self, shop: Workshop) -> None:
+        session = shop.session()
+        typo = shop.run(session, "initial", drum=LinearDrum({"P": 90.0 + 0j, "Q": 0j}, DRUM.influence))
+        shop.run(session, "initial", supersedes=typo["id"])
+        for plane in ("1", "2"):
+            shop.run(session, "trial", [mass(plane, 200.0, 0.0)])
+        first = shop.get(f"/sessions/{session}")["runs"][0]
+        assert (first["excluded"], first["reason"]) == (True, "superseded by run 2")
+        correction = shop.correct(session)
+        assert correction["runs"] == [2, 3, 4]
+        assert vectors(correction["initial"]) == pytest.approx(DRUM.initial, abs=1e-9)
+
 
 class TestStock:
     def test_pieces_leave_and_come_back(self, shop: Workshop) -> None:
@@ -178,6 +190,9 @@ class TestStock:
         assert problem["value"] == sorted(p["mass_g"] for p in plans[1]["placements"])
         assert "new plan" in problem["advice"]
         assert (shop.on_hand(box), shop.state(sessions[1])) == (left, "planned")
+        again = shop.plan(sessions[1], shop.correct(sessions[1]))
+        assert not {p["mass_g"] for p in again["placements"]} & {p["mass_g"] for p in plans[0]["placements"]}
+        shop.fit(again)
 
     def test_all_or_none(self, shop: Workshop) -> None:
         box = shop.box(count=1)
