@@ -19,6 +19,7 @@ objectives  the norms that a selection is rated by
 placements  vector sums and limits of a selection
 exhaustive  every selection of a small problem, tried
 jaya        modified Jaya on the selection problem
+certified   modified Jaya, then the exact search
 exact       the best selection and the proof, level by level
 record      the best selections so far, and how equals are told apart
 opened      the problem without planes that take nothing
