@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.balancing.phasors import FloatArray
-from service.balancing.selection import Norm, Objective, SelectionPlane, SelectionProblem, Stock
+from service.balancing.selection import BoolArray, Norm, Objective, SelectionPlane, SelectionProblem, Stock
 from service.errors import NumericsError
 
 COINCIDENT_RAD = 1e-6
@@ -25,7 +25,7 @@ def validate(problem: SelectionProblem) -> None:
         _plane(plane, f"plane {number}")
         if plane.allowed is not None:
             _shape(plane.allowed, (*plane.angles.shape, *problem.stock.masses_g.shape), f"plane {number}.allowed")
-    _stock(problem.stock)
+    _stock(problem.stock, _goes_anywhere(problem))
 
 
 def _objective(objective: Objective, planes: int) -> None:
@@ -92,7 +92,16 @@ def _apart(angles: FloatArray, name: str) -> None:
         )
 
 
-def _stock(stock: Stock) -> None:
+def _goes_anywhere(problem: SelectionProblem) -> BoolArray:
+    """Items that no plane restricts to some positions; only among these is a mass stated twice a mistake."""
+    free = np.ones(problem.stock.masses_g.shape, dtype=bool)
+    for plane in problem.planes:
+        if plane.allowed is not None:
+            free &= plane.allowed.all(axis=0)
+    return free
+
+
+def _stock(stock: Stock, free: BoolArray) -> None:
     masses, fasteners, counts = stock.masses_g, stock.fasteners_g, stock.counts
     if masses.ndim != 1 or masses.size == 0:
         raise NumericsError("the catalogue is empty: state at least one stock mass", field="stock.masses_g")
@@ -109,7 +118,7 @@ def _stock(stock: Stock) -> None:
     if not np.isfinite(fasteners).all():
         raise NumericsError("a fastener's mass is not finite: state it in g", field="stock.fasteners_g")
     _not_negative(counts, "stock.counts", "0 where the box is used up")
-    pairs, times = np.unique(np.stack([masses, fasteners]), axis=1, return_counts=True)
+    pairs, times = np.unique(np.stack([masses, fasteners])[:, free], axis=1, return_counts=True)
     if (times > 1).any():
         mass = float(pairs[0, times > 1][0])
         raise NumericsError(

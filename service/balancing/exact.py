@@ -65,13 +65,14 @@ class ExactState:
 class _Search:
     """What the steps of one search share."""
 
-    def __init__(self, whole: Opened, start: Selection | None, most: int | None, keep: int) -> None:
+    def __init__(self, whole: Opened, start: Selection | None, most: int | None, keep: int, good_enough: float) -> None:
         self.whole = whole
         self.problem = whole.problem
         self.most = most
         self.evaluations = 0
         empty: Selection = tuple(() for _ in self.problem.planes)
-        self.record = Record(keep, self._value(empty))
+        self.record = Record(keep, self._value(empty), good_enough)
+        self.values_count = good_enough <= 0.0
         self._offer(empty)
         if start is not None:
             self._offer(whole.narrow(start))
@@ -83,7 +84,7 @@ class _Search:
         return ExactState(
             selections=tuple(self.whole.widen(entry.selection) for entry in found),
             values=tuple(entry.value for entry in found),
-            lower_bound=found[0].value if proved else min(self.floor, found[0].value),
+            lower_bound=found[0].value if proved and self.values_count else min(self.floor, found[0].value),
             evaluations=self.evaluations,
             proved=proved,
             exhausted=exhausted,
@@ -100,16 +101,22 @@ class _Search:
 
 
 def search_exact(
-    problem: SelectionProblem, *, start: Selection | None = None, most_pieces: int | None = None, keep: int = 1
+    problem: SelectionProblem,
+    *,
+    start: Selection | None = None,
+    most_pieces: int | None = None,
+    keep: int = 1,
+    good_enough: float = 0.0,
 ) -> Iterator[ExactState]:
     """Return an iterator of states, ending when the optimum is proved or the search is `exhausted`: too much memory.
 
     start: a selection known to be allowed. most_pieces: at most so many in all planes together. keep: how many best
-    selections. A step takes some ten milliseconds; the caller stops by leaving. Raises NumericsError for an invalid
-    problem.
+    selections. good_enough: values up to it are equal, and fewest pieces, least mass, commonest stock decide; without
+    it they decide among values equal to nine digits. A step takes some ten milliseconds; the caller stops by leaving.
+    Raises NumericsError for an invalid problem.
     """
     validate(problem)
-    search = _Search(opened(problem), start, most_pieces, keep)
+    search = _Search(opened(problem), start, most_pieces, keep, good_enough)
     if not search.problem.planes or most_pieces == 0:
         yield search.state(proved=True)
         return
@@ -141,7 +148,7 @@ def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[Exac
         if region is not None and not (yield from _search_level(search, halves, region)):
             return False
         reached = search.record.cap <= level or level >= ceiling
-        if complete:
+        if complete and search.values_count:
             search.floor = max(search.floor, min(level, search.record.entries[0].value))
         yield search.state(proved=complete and reached)
         if reached:
@@ -248,10 +255,20 @@ def solve_exact(
     `optimal`: proved. `within_uncertainty`: nothing can be better by more than `uncertainty` (objective's unit), which
     the measurement cannot tell. `limit_reached`: stopped by `stop()` or by memory; value and bound still hold.
     """
-    for state in search_exact(problem, start=start, most_pieces=most_pieces):
-        if state.proved or state.value - state.lower_bound <= uncertainty or stop():
-            break
+    states = search_exact(problem, start=start, most_pieces=most_pieces)
+    state = last_state(states, lambda now: now.value - now.lower_bound <= uncertainty or stop())
     return exact_result(problem, state, uncertainty)
+
+
+def last_state(states: Iterator[ExactState], enough: Callable[[ExactState], bool]) -> ExactState:
+    """Advance a search until it ends or a state is `enough`, and return that state."""
+    state = next(states)
+    while not enough(state):
+        following = next(states, None)
+        if following is None:
+            break
+        state = following
+    return state
 
 
 def exact_result(problem: SelectionProblem, state: ExactState, uncertainty: float = 0.0) -> SelectionResult:

@@ -34,17 +34,21 @@ class Entry:
 
 
 class Record:
-    """The `keep` best selections that were offered. scale: the objective without any piece."""
+    """The `keep` best selections that were offered.
 
-    def __init__(self, keep: int, scale: float) -> None:
+    scale: the objective without any piece. good_enough: values up to it are all equal, so that fewest pieces, least
+    mass and commonest stock decide among them.
+    """
+
+    def __init__(self, keep: int, scale: float, good_enough: float = 0.0) -> None:
         self.entries: list[Entry] = []
         self._keep = keep
-        self._least = max(NOTHING * scale, 1e-300)
+        self._least = max(NOTHING * scale, good_enough, 1e-300)
 
     @property
     def cap(self) -> float:
-        """Value of the last entry kept; infinite while there are fewer than wanted."""
-        return self.entries[-1].value if len(self.entries) == self._keep else math.inf
+        """Value up to which a selection may still enter; infinite while there are fewer than wanted."""
+        return max(self.entries[-1].value, self._least) if len(self.entries) == self._keep else math.inf
 
     def offer(self, selection: Selection, value: float, pieces: int, mass_g: float, scarcity: float) -> None:
         """Take one selection if it is good enough and new."""
@@ -55,7 +59,7 @@ class Record:
 
     def rate(self, joint: Joint, values: FloatArray, counts: IntArray) -> None:
         """Take the best of `joint` that the box can supply."""
-        good = np.flatnonzero(values <= self.cap * (1.0 + 2.0 * TIE) + self._least)
+        good = np.flatnonzero(values <= self.cap * (1.0 + 2.0 * TIE))
         if not good.size:
             return
         sums = [joint.total(name, good) for name in ("scarcity", "mass_g", "pieces")]

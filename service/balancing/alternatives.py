@@ -1,0 +1,127 @@
+"""Other answers to the same problem: the next best, fewer pieces, and the fewest that are good enough.
+
+All of them use the exact search, so that "no selection of three pieces meets the limit" is proved, not tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from service.balancing.checks import validate
+from service.balancing.exact import ExactState, Stop, exact_result, last_state, search_exact
+from service.balancing.infeasible import explain_limit
+from service.balancing.objectives import evaluate, residual
+from service.balancing.placements import result_of, slots, vectors_of
+from service.balancing.selection import SelectionProblem, SelectionResult
+from service.errors import NumericsError
+
+SAME = 1e-9
+"""Relative difference below which a value meets a limit, or two values are one."""
+
+
+@dataclass(frozen=True)
+class FrontPoint:
+    """The best selection of at most `pieces` pieces in all planes together."""
+
+    pieces: int
+    result: SelectionResult
+
+
+def best_selections(problem: SelectionProblem, many: int, *, stop: Stop = lambda: False) -> tuple[SelectionResult, ...]:
+    """The `many` best distinct selections, best first; fewer where there are fewer.
+
+    Distinct means other pieces or other positions. Proved (`optimal`: nothing else comes between), or
+    `limit_reached` after `stop()`. Equal values are ordered by fewest pieces, least mass, commonest stock.
+    """
+    if many < 1:
+        raise NumericsError(f"{many} selections: ask for at least 1", field="many", value=many)
+    state = last_state(search_exact(problem, keep=many), lambda _: stop())
+    whole = exact_result(problem, state)
+    return tuple(
+        result_of(problem, selection, whole.status, whole.message, state.evaluations, state.lower_bound)
+        for selection in state.selections
+    )
+
+
+def front(problem: SelectionProblem, *, stop: Stop = lambda: False) -> Iterator[FrontPoint]:
+    """Yield the best selection of at most 0, 1, 2 .. pieces, as long as one more piece makes it better.
+
+    Ends after the point that the whole problem's optimum belongs to, or at `stop()`; a point that was stopped carries
+    its own bound and status.
+    """
+    validate(problem)
+    total = most_pieces(problem)
+    last: SelectionResult | None = None
+    for pieces in range(total + 1):
+        start = None if last is None else last.pieces
+        state = last_state(search_exact(problem, start=start, most_pieces=pieces), lambda _: stop())
+        result = exact_result(problem, state)
+        if last is None or result.value < last.value * (1.0 - SAME):
+            yield FrontPoint(pieces, result)
+            last = result
+        if stop() or result.status != "optimal":
+            return
+
+
+def solve_fewest(problem: SelectionProblem, limit: float, *, stop: Stop = lambda: False) -> SelectionResult:
+    """The fewest pieces that bring the objective to `limit` or below, and among those the best.
+
+    `optimal`: no selection of fewer pieces meets the limit. `infeasible`: none at all does; `reason` says how near one
+    comes and what would make it possible. `limit_reached`: stopped; `details["at_least"]` pieces are proved necessary.
+    """
+    validate(problem)
+    if not limit >= 0.0:
+        raise NumericsError(f"a limit of {limit}: state a value of 0 or more", field="limit", value=limit)
+    allowed = limit * (1.0 + SAME)
+    evaluations = 0
+    state: ExactState | None = None
+    for pieces in range(most_pieces(problem) + 1):
+        start = None if state is None else state.selection
+        states = search_exact(problem, start=start, most_pieces=pieces)
+        state = last_state(states, lambda now: now.lower_bound > allowed or stop())
+        evaluations += state.evaluations
+        if state.value <= allowed or stop() or state.exhausted:
+            found = exact_result(problem, state)
+            status = found.status if state.value <= allowed else "limit_reached"
+            message = f"{pieces} pieces meet the limit, fewer do not; {found.message}"
+            if state.value > allowed:
+                message = f"stopped: fewer than {pieces} pieces do not meet the limit"
+            return replace(found, status=status, message=message, evaluations=evaluations, details={"at_least": pieces})
+    return explain_limit(problem, limit, evaluations, stop)
+
+
+def prefer(
+    problem: SelectionProblem, result: SelectionResult, slack: float, *, stop: Stop = lambda: False
+) -> SelectionResult:
+    """The selection of fewest pieces, then least mass, then commonest stock, whose objective is within `slack`.
+
+    result: a proved optimum; slack: in the objective's unit, on top of its value. With slack 0 that is `result`, whose
+    equals are told apart in this way already. The lower bound stays the problem's own.
+    """
+    if not slack >= 0.0:
+        raise NumericsError(f"a slack of {slack}: state a value of 0 or more", field="slack", value=slack)
+    if slack == 0.0 or result.pieces is None:
+        return result
+    fewest = solve_fewest(problem, result.value + slack, stop=stop)
+    if fewest.pieces is None or fewest.value > result.value + slack * (1.0 + SAME):
+        return result
+    pieces = sum(len(plane) for plane in fewest.pieces)
+    states = search_exact(problem, start=fewest.pieces, most_pieces=pieces, good_enough=result.value + slack)
+    state = last_state(states, lambda _: stop())
+    vectors = vectors_of(problem, state.selection)
+    return replace(
+        result,
+        message=f"{result.message}; {pieces} pieces within {slack:.3g} of it preferred",
+        pieces=state.selection,
+        value=float(evaluate(problem.objective, vectors)),
+        vectors=vectors,
+        residual=residual(problem.objective, vectors),
+        evaluations=result.evaluations + fewest.evaluations + state.evaluations,
+    )
+
+
+def most_pieces(problem: SelectionProblem) -> int:
+    """Pieces that all planes together can take at most."""
+    in_the_box: int = sum(problem.stock.counts.tolist())
+    return min(sum(slots(plane, problem.stock) for plane in problem.planes), in_the_box)
