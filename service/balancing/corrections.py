@@ -62,9 +62,7 @@ def least_squares(fit: InfluenceFit, weights: FloatArray | None = None, wishes: 
     """
     problem = _problem(fit, weights, wishes or Wishes())
     A, b = problem.A, problem.b
-    left, singular, right = _decomposed(A, problem.planes, fit)
-    ridge = problem.damping * singular[0]
-    free = -(right.conj().T * (singular / (singular**2 + ridge**2))) @ (left.conj().T @ b)
+    free, ridge = _unlimited(problem, fit)
     if (np.abs(free) <= problem.limits).all():
         residual = b + A @ free
         size = float(np.sqrt(np.vdot(residual, residual).real))
@@ -89,7 +87,7 @@ def minimax(fit: InfluenceFit, weights: FloatArray | None = None, wishes: Wishes
             value=problem.damping,
             advice="Limit the mass per plane instead, or ask for least squares.",
         )
-    _decomposed(problem.A, problem.planes, fit)
+    _unlimited(problem, fit)
     groups = np.arange(len(problem.b))
     solution = solve_grouped(problem.A, problem.b, groups, problem.limits)
     return _correction(fit, problem, solution.masses, solution.value, solution.lower_bound)
@@ -223,10 +221,10 @@ def covariance(fit: InfluenceFit, problem: _Problem, masses: ComplexArray, ridge
     return result.reshape(2 * planes, 2 * planes)
 
 
-def _decomposed(A: ComplexArray, planes: IntArray, fit: InfluenceFit) -> tuple[ComplexArray, FloatArray, ComplexArray]:
-    """Singular value decomposition of independent columns; raises naming the planes that are not."""
-    name = fit.labels.plane
-    length = np.sqrt((np.abs(A) ** 2).sum(axis=0))
+def _unlimited(problem: _Problem, fit: InfluenceFit) -> tuple[ComplexArray, float]:
+    """Damped least squares without limits, and the ridge; raises naming planes that the sensors do not tell apart."""
+    A, planes, name = problem.A, problem.planes, fit.labels.plane
+    length = np.sqrt((A.real**2 + A.imag**2).sum(axis=0))
     dead = [int(plane) for plane in planes[length <= _RANK_TOLERANCE * length.max(initial=0.0)]]
     if dead:
         raise NumericsError(
@@ -236,10 +234,10 @@ def _decomposed(A: ComplexArray, planes: IntArray, fit: InfluenceFit) -> tuple[C
             value=dead,
             advice="Check that the trial mass was on the rotor, or correct in the other planes only.",
         )
-    scaled = np.linalg.svd(A / length, full_matrices=len(A) < A.shape[1])
-    rank = int((scaled[1] > _RANK_TOLERANCE * scaled[1][0]).sum())
+    left, singular, right = np.linalg.svd(A / length, full_matrices=len(A) < A.shape[1])
+    rank = int((singular > _RANK_TOLERANCE * singular[0]).sum())
     if rank < A.shape[1]:
-        alike = [int(plane) for plane in planes[np.abs(scaled[2][rank:]).max(axis=0) > 1e-6]]
+        alike = [int(plane) for plane in planes[np.abs(right[rank:]).max(axis=0) > 1e-6]]
         raise NumericsError(
             f"masses in {listed(map(name, alike))} act alike on the {len(A)} sensors that count, "
             "so many corrections do equally well",
@@ -248,5 +246,9 @@ def _decomposed(A: ComplexArray, planes: IntArray, fit: InfluenceFit) -> tuple[C
             value=alike,
             advice=f"Correct without {name(alike[-1])}, or add a sensor that tells the planes apart.",
         )
+    if not problem.damping:
+        return -(right.conj().T @ (left.conj().T @ problem.b / singular)) / length, 0.0
     left, singular, right = np.linalg.svd(A, full_matrices=False)
-    return left, singular, right
+    ridge = problem.damping * float(singular[0])
+    filtered = singular / (singular**2 + ridge**2) * (left.conj().T @ problem.b)
+    return -(right.conj().T @ filtered), ridge

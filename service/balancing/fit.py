@@ -221,8 +221,8 @@ def _validate(runs: RunSet) -> None:
             field="runs",
             advice="Measure the rotor as found, then with a trial mass in each plane.",
         )
-    bad = np.argwhere(~np.isfinite(masses))
-    if len(bad):
+    if not np.isfinite(masses).all():
+        bad = np.argwhere(~np.isfinite(masses))
         run, plane = (int(index) for index in bad[0])
         raise NumericsError(
             f"the mass of {runs.labels.run(run)} in {runs.labels.plane(plane)} is not a finite number",
@@ -230,8 +230,9 @@ def _validate(runs: RunSet) -> None:
             value=str(masses[run, plane]),
             advice="State mass and angle of every piece on the rotor during that run.",
         )
-    bad = np.argwhere(np.isinf(vibration) | (scatter < 0.0) | np.isinf(scatter))
-    if len(bad):
+    wrong = np.isinf(vibration) | (scatter < 0.0) | np.isinf(scatter)
+    if wrong.any():
+        bad = np.argwhere(wrong)
         run, sensor = (int(index) for index in bad[0])
         raise NumericsError(
             f"the reading of {runs.labels.sensor(sensor)} in {runs.labels.run(run)} has an infinite value or a scatter "

@@ -40,6 +40,18 @@ class Misfit:
     dof: int
 
 
+def worst_miss(runs: RunSet, fit: InfluenceFit) -> float:
+    """Greatest `Misfit.relative`, quickly; nan readings count for nothing."""
+    present = np.isfinite(fit.residuals)
+    amplitude = np.where(present, np.abs(runs.vibration), 0.0)
+    size = np.sqrt((amplitude**2).sum(axis=0) / np.maximum(present.sum(axis=0), 1))
+    missed = np.where(present, np.abs(fit.residuals), 0.0)
+    freedom = np.where(present, 1.0 - fit.leverage, 0.0)
+    testable = freedom > _FREEDOM
+    share = missed / np.where(testable, freedom, np.inf) / np.where(size > 0.0, size, np.inf)
+    return float(share.max())
+
+
 def misfit_of(runs: RunSet, fit: InfluenceFit) -> Misfit:
     """Compare each run with the fit of the others; see `Misfit`."""
     squares = np.abs(runs.vibration) ** 2
@@ -50,7 +62,7 @@ def misfit_of(runs: RunSet, fit: InfluenceFit) -> Misfit:
     freedom = np.where(present, 1.0 - fit.leverage, 0.0)
     testable = freedom > _FREEDOM
     safe = np.where(testable, freedom, 1.0)
-    missed = fit.residuals / np.where(testable, freedom, np.nan)
+    missed = fit.residuals * np.where(testable, 1.0 / safe, np.nan)
     error = np.where(testable, np.abs(np.where(testable, fit.residuals, 0.0)) ** 2, 0.0)
 
     stated = np.isfinite(fit.chi_square)

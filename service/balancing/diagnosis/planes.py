@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from service.balancing.corrections import Correction, usable
@@ -27,8 +29,10 @@ def examine(
     runs: RunSet, fit: InfluenceFit, correction: Correction | None, weights: FloatArray | None
 ) -> list[Finding]:
     """Examine what the trial masses did, whether planes act alike, and whether the correction means anything."""
-    used, w = usable(fit, weights)
-    A, b = fit.influence[used] * w[:, None], fit.initial[used] * w
+    A, b = fit.influence, fit.initial
+    if weights is not None or np.isnan(b).any():
+        used, w = usable(fit, weights)
+        A, b = A[used] * w[:, None], b[used] * w
     found = _unseen(runs, fit) + _dependent(A, fit)
     if correction is not None and len(A) >= A.shape[1]:
         found += _bucking(A, b) + _in_noise(fit, correction)
@@ -122,7 +126,8 @@ def _change(runs: RunSet, plane: int) -> tuple[float, float, float]:
 
 
 def _dependent(A: ComplexArray, fit: InfluenceFit) -> list[Finding]:
-    if A.shape[1] == 1:
+    # No column of length 1 is nearer to the others than the smallest singular value, 1 / condition at least.
+    if A.shape[1] == 1 or (A is fit.influence and fit.condition < 1.0 / DEPENDENT):
         return []
     factor = significance(A)
     weak = [int(p) for p in np.flatnonzero(factor <= DEPENDENT)]
@@ -142,7 +147,9 @@ def _dependent(A: ComplexArray, fit: InfluenceFit) -> list[Finding]:
 
 
 def _bucking(A: ComplexArray, b: ComplexArray) -> list[Finding]:
-    if A.shape[1] == 1:
+    # The greatest damping shortens no part of the correction to less than 1 / (1 + (damping sigma_1 / sigma_P)^2).
+    singular = np.linalg.svd(A, compute_uv=False)
+    if A.shape[1] == 1 or _DAMPINGS[-1] * singular[0] < singular[-1]:
         return []
     mass, residual = damping_trade_off(A, b, np.concatenate([[0.0], _DAMPINGS]))
     before = float(np.sqrt((np.abs(b) ** 2).mean()))
@@ -171,9 +178,13 @@ def _in_noise(fit: InfluenceFit, correction: Correction) -> list[Finding]:
         return []
     dof = int(fit.scatter_dof[fit.scatter_dof > 0].min())
     masses = correction.masses[planes]
+    limit = _f_quantile(dof)
+    # A quadratic form is at least the square of the length over the trace, and a joint one at least each of its parts.
+    least = np.abs(masses) ** 2 / spread.diagonal().reshape(-1, 2).sum(axis=1)[planes]
+    if least.min() > 2.0 * limit and least.max() > 2.0 * len(masses) * _hotelling(2 * len(masses), dof):
+        return []
     kept = (2 * planes[:, None] + [0, 1]).ravel()
     spread = spread[np.ix_(kept, kept)]
-    limit = _f_quantile(dof)
     each = [_mean_square(masses[k : k + 1], spread[2 * k : 2 * k + 2, 2 * k : 2 * k + 2]) for k in range(len(masses))]
     lost = [int(p) for p, square in zip(planes, each, strict=True) if square <= limit]
     whole = _mean_square(masses, spread) <= _hotelling(2 * len(masses), dof)
@@ -199,6 +210,7 @@ def _mean_square(masses: ComplexArray, spread: FloatArray) -> float:
     return float(flat @ np.linalg.solve(spread, flat)) / len(flat)
 
 
+@lru_cache(maxsize=64)
 def _hotelling(components: int, dof: int) -> float:
     """98 % quantile of F(components, dof): a rotor that needs nothing is sent away so only one time in fifty."""
     from scipy.special import chdtri, fdtri

@@ -66,7 +66,7 @@ def _dead(runs: RunSet, fit: InfluenceFit, amplitude: FloatArray) -> list[Findin
 
 
 def _unsteady(runs: RunSet, amplitude: FloatArray) -> list[Finding]:
-    if not (runs.scatter > 0.0).any():
+    if not (runs.scatter > _UNSTEADY * amplitude).any():
         return []
     judged = (amplitude >= _SMALL * np.nanmax(amplitude, axis=0, initial=0.0)) & (runs.scatter > 0.0)
     judged &= amplitude > 0.0
@@ -89,6 +89,9 @@ def _unsteady(runs: RunSet, amplitude: FloatArray) -> list[Finding]:
 def _speed_drift(runs: RunSet, known: Circumstances) -> list[Finding]:
     assert known.speed_rpm is not None  # noqa: S101
     speed = known.speed_rpm
+    slowest = speed.min(axis=0)
+    if known.nominal_rpm is None and (speed.max(axis=0) - slowest <= _SPEED_DRIFT * slowest).all():
+        return []
     seen = np.isfinite(speed)
     reference = known.nominal_rpm
     if reference is None:
@@ -116,6 +119,8 @@ def _speed_drift(runs: RunSet, known: Circumstances) -> list[Finding]:
 
 def _not_1x(runs: RunSet, known: Circumstances, amplitude: FloatArray) -> list[Finding]:
     assert known.overall is not None  # noqa: S101
+    if (amplitude >= _SHARE_OF_1X * known.overall).all():
+        return []
     # The run with the least mass on the rotor shows what is wrong with the rotor itself.
     bare = int(np.argmin(np.abs(runs.masses).sum(axis=1)))
     judged = (known.overall[bare] > 0.0) & np.isfinite(amplitude[bare])

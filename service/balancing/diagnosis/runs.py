@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from service.balancing.diagnosis.findings import Circumstances, Finding
-from service.balancing.diagnosis.misfit import Misfit, improbable, misfit_of
+from service.balancing.diagnosis.misfit import Misfit, improbable, misfit_of, worst_miss
 from service.balancing.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.labels import listed
 
@@ -28,9 +28,9 @@ def examine(runs: RunSet, fit: InfluenceFit, known: Circumstances) -> list[Findi
     found = _contradictions(runs)
     if len(runs.masses) == runs.masses.shape[1] + 1 or found:
         return found
+    if worst_miss(runs, fit) <= _WORTH_SAYING:
+        return found  # the usual session ends here
     misfit = misfit_of(runs, fit)
-    if not _suspicious(misfit):
-        return found
     mirrored = _mirrored(runs, misfit)
     return found + ([mirrored] if mirrored else _misfits(runs, misfit, known))
 
@@ -63,11 +63,6 @@ def _contradictions(runs: RunSet) -> list[Finding]:
             )
         )
     return found
-
-
-def _suspicious(misfit: Misfit) -> bool:
-    """Whether any run is missed by enough to ask why; the usual session ends here."""
-    return bool((misfit.relative > _WORTH_SAYING).any())
 
 
 def _mirrored(runs: RunSet, misfit: Misfit) -> Finding | None:
