@@ -44,3 +44,31 @@ class DeliveryRefused(DeliveryError):
 
 class PortUnavailable(DriverError, OSError):
     """The control port cannot be opened: in use, not permitted, or no such address."""
+
+
+class BusUnavailable(DriverError, OSError):
+    """A CAN bus cannot be opened, or was lost: no such interface or adapter, no permission, cable out, bus off."""
+
+
+class LogError(DriverError, ValueError):
+    """A line or block of a recording or log is no reading or frame.
+
+    file, line (from 1; None for a binary file) and reason say which and why.
+    """
+
+    def __init__(self, file: object, line: int | None, reason: str) -> None:
+        where = f"{file}" if line is None else f"{file}, line {line}"
+        super().__init__(f"{where}: {reason}; correct the file, or ask for the rest to be used all the same")
+        self.file, self.line, self.reason = file, line, reason
+
+
+class SpoolError(DriverError):
+    """Base of the errors of the spool; raised through its children only."""
+
+
+class SpoolFull(SpoolError):
+    """The spool or its disk is full: nothing of what was put is in it, everything before still is."""
+
+
+class SpoolUnusable(SpoolError, OSError):
+    """The spool's file cannot be opened or read: no permission, in use by another bridge, or no spool at all."""

@@ -45,3 +45,16 @@ class Reading:
     """Broadband value beside the 1x amplitude, rms, in the sensor's unit."""
     session_id: str | None = None
     """Session; null for a source that is bound to a machine."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Continuous correction masses that a balancer computed: plane, mass in g, angle in degrees in the machine's sense.
+
+    source and sequence tell answers apart, in the same count as the source's readings.
+    """
+
+    source: str
+    sequence: int
+    taken_at: datetime
+    masses: tuple[tuple[str, float, float], ...]

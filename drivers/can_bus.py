@@ -1,0 +1,102 @@
+"""Opening a CAN bus by python-can's names, and saying in words why it cannot be had."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import can
+
+from drivers.errors import BusUnavailable, InvalidSetting
+
+MULTICAST_GROUP = "239.74.163.2"
+DEFAULTS: Mapping[str, Mapping[str, object]] = {
+    # The IPv6 group that python-can takes by itself does not work on the loopback interface alone, and a hop limit of 1
+    # lets the frames out of this machine.
+    "udp_multicast": {"channel": MULTICAST_GROUP, "hop_limit": 0},
+    "socketcan": {"channel": "can0"},
+}
+
+
+@dataclass(frozen=True)
+class BusAddress:
+    """Which bus: python-can's interface name, channel and the options of that interface."""
+
+    interface: str
+    channel: str | None = None
+    options: Mapping[str, object] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return self.interface if self.channel is None else f"{self.interface}:{self.channel}"
+
+
+def parse_bus(text: str) -> BusAddress:
+    """Read `INTERFACE[:CHANNEL][,option=value...]`, such as `socketcan:can0` or `slcan:/dev/ttyACM0,bitrate=500000`.
+
+    Raises `InvalidSetting`.
+    """
+    address, *options = text.split(",")
+    interface, _, channel = address.strip().partition(":")
+    if not interface:
+        raise InvalidSetting(f"bus {text!r} names no interface: write INTERFACE:CHANNEL, such as socketcan:can0")
+    stated: dict[str, object] = {}
+    for option in options:
+        name, equals, value = option.strip().partition("=")
+        if not equals or not name.isidentifier():
+            raise InvalidSetting(f"option {option!r} of bus {text!r} is none: write name=value, such as bitrate=500000")
+        stated[name] = _value(value)
+    return BusAddress(interface, channel or None, stated)
+
+
+def open_bus(address: BusAddress) -> can.BusABC:
+    """Open the bus. Raises `BusUnavailable` with what is wrong and what to do."""
+    settings = {**DEFAULTS.get(address.interface, {}), **address.options}
+    if address.channel is not None:
+        settings["channel"] = address.channel
+    try:
+        return can.Bus(interface=address.interface, ignore_config=True, **settings)  # type: ignore[arg-type]
+    except (can.CanInterfaceNotImplementedError, NotImplementedError) as error:
+        known = ", ".join(sorted(can.VALID_INTERFACES))
+        raise BusUnavailable(f"CAN interface {address.interface!r} is unknown: use one of {known}") from error
+    except ImportError as error:
+        raise BusUnavailable(
+            f"CAN interface {address.interface!r} needs a package that is not installed ({error}): install it"
+        ) from error
+    except (can.CanError, OSError) as error:
+        raise BusUnavailable(f"{address} cannot be opened ({error}): {_advice(address.interface)}") from error
+    except (TypeError, ValueError, KeyError, AttributeError) as error:
+        raise BusUnavailable(f"{address} cannot be opened ({error}): check the channel and the options") from error
+
+
+@contextmanager
+def bus_errors(address: BusAddress) -> Iterator[None]:
+    """Turn what a bus raises while it is used into `BusUnavailable`."""
+    try:
+        yield
+    except (can.CanError, OSError, ValueError) as error:
+        raise BusUnavailable(f"{address} was lost ({error}): {_advice(address.interface)}") from error
+
+
+def _value(text: str) -> object:
+    if text.lower() in ("true", "false"):
+        return text.lower() == "true"
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _advice(interface: str) -> str:
+    if interface == "socketcan":
+        return (
+            "this machine's kernel may have no CAN, or the interface is not up; try `ip link set can0 up type can "
+            "bitrate 500000` as root"
+        )
+    if interface == "udp_multicast":
+        return "there must be a route for the group, such as `ip route add 224.0.0.0/4 dev lo` as root"
+    if interface == "slcan":
+        return "check the serial port, and that this user may open it"
+    return "check that the adapter is plugged in, its driver installed, and the channel right"

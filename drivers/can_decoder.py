@@ -1,0 +1,304 @@
+"""Frames to readings: strict about identifier, length, range, sequence and age; what is refused is counted, not raised.
+
+cantools takes over-long frames and values outside [min|max] without a word, and does not tell standard from extended
+identifiers when it looks one up: those checks are here.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from cantools.database import DecodeError
+from cantools.database.can import Message, Signal
+
+from drivers.can_mapping import CanMapping, Field, SensorMap
+
+REASONS = (
+    "foreign",
+    "not_data",
+    "wrong_length",
+    "undecodable",
+    "out_of_range",
+    "doubled",
+    "late",
+    "not_valid",
+    "unpaired",
+)
+"""Why a frame gave no reading. foreign: of another message or node (not counted as refused). not_data: remote, error or
+FD frame. doubled: its counter is that of the frame before. late: its counter is behind. not_valid: the balancer says
+itself that the amplitude does not hold. unpaired: amplitude without phase, or phase without amplitude, of one round."""
+
+NODE_MASK = 0x03FFFF00
+"""Of a J1939 identifier: all but priority and source address."""
+MOST = 1e9
+"""Highest amplitude, overall value and speed of a reading."""
+_FLOAT_MAX = sys.float_info.max
+
+
+SPEED = ("", "speed")
+PAIRED = ("amplitude", "phase")
+
+
+@dataclass(frozen=True, slots=True)
+class Vector:
+    """What one sensor said: amplitude and overall in its unit, phase in degrees, speed in r/min.
+
+    lost: readings of the sensor that never arrived since the one before.
+    """
+
+    sensor: str
+    amplitude: float
+    phase_deg: float | None
+    speed_rpm: float | None
+    overall_rms: float | None
+    lost: int
+
+
+@dataclass(frozen=True, slots=True)
+class Masses:
+    """The balancer's own answer: plane, mass in g, angle in degrees in the machine's sense."""
+
+    masses: tuple[tuple[str, float, float], ...]
+
+
+@dataclass(slots=True)
+class _Signal:
+    """Where a mapped signal goes."""
+
+    slot: tuple[str, str]
+    name: str
+    factor: float
+    valid: str | None
+
+
+@dataclass(slots=True)
+class _Plan:
+    """All that is done with the frames of one message."""
+
+    message: Message
+    decode: Callable[..., Any]
+    length: int
+    bounds: tuple[tuple[str, float, float, str | None], ...]
+    counter: str | None
+    modulus: int
+    signals: tuple[_Signal, ...]
+    sensors: tuple[SensorMap, ...]
+    planes: bool
+    alive: bool
+    status: Signal | None
+    last_count: int | None = None
+    last_at: float = -math.inf
+    late_count: int | None = None
+
+
+class FrameDecoder:
+    """Decodes the frames of one balancer. `at` is any time in seconds that runs evenly; only differences count."""
+
+    def __init__(self, mapping: CanMapping) -> None:
+        self.mapping = mapping
+        self.counts: dict[str, int] = dict.fromkeys(REASONS, 0)
+        self.frames = 0
+        self.lost_frames = 0
+        self.status: str | None = None
+        self.heard_at = -math.inf
+        self._plans = {self._key(message): self._plan(message) for message in mapping.messages()}
+        self._values: dict[tuple[str, str], tuple[float | None, float]] = {}
+        self._lost: dict[str, int] = {}
+        self._answer: float | None = None
+
+    def feed(
+        self, identifier: int, extended: bool, data: bytes | bytearray, at: float, *, is_data: bool = True
+    ) -> list[Vector | Masses]:
+        """Take a frame and return what it completes: nothing, a vector, several where a message has several sensors."""
+        self.frames += 1
+        plan = self._plans.get(self._masked(identifier, extended))
+        if plan is None:
+            return self._refuse("foreign")
+        if not is_data:
+            return self._refuse("not_data")
+        if len(data) != plan.length:
+            return self._refuse("wrong_length")
+        try:
+            values = plan.decode(data, decode_choices=False)
+        except (DecodeError, ValueError):
+            return self._refuse("undecodable")
+        for name, low, high, valid in plan.bounds:
+            # A signal of another multiplexer page is not in this frame. A NaN is in no range.
+            if name in values and not low <= values[name] <= high and (valid is None or values.get(valid)):
+                return self._refuse("out_of_range")
+        lost = self._counted(plan, values, at)
+        if lost is None:
+            return []
+        return self._take(plan, values, at, lost)
+
+    def silent_s(self, at: float) -> float | None:
+        """Seconds since the balancer's last heartbeat, or since any of its frames where none is mapped; None: never."""
+        return None if self.heard_at == -math.inf else max(at - self.heard_at, 0.0)
+
+    @property
+    def refused(self) -> int:
+        """Frames of the balancer that gave no reading though they should have."""
+        return sum(self.counts.values()) - self.counts["foreign"]
+
+    # ------------------------------------------------------------ frames
+    def _refuse(self, reason: str) -> list[Vector | Masses]:
+        self.counts[reason] += 1
+        return []
+
+    def _masked(self, identifier: int, extended: bool) -> tuple[int, bool]:
+        if extended and self.mapping.node is not None:
+            mine = identifier & 0xFF == self.mapping.node
+            return (identifier & NODE_MASK if mine else -1, True)
+        return (identifier, extended)
+
+    def _key(self, message: Message) -> tuple[int, bool]:
+        extended = bool(message.is_extended_frame)
+        if extended and self.mapping.node is not None:
+            return (message.frame_id & NODE_MASK, True)
+        return (message.frame_id, extended)
+
+    def _counted(self, plan: _Plan, values: Mapping[str, Any], at: float) -> int | None:
+        """How many frames were lost before this one; None for one that is not new."""
+        if plan.counter is None:
+            return 0
+        count = int(values[plan.counter])
+        behind = 0 if plan.last_count is None else (count - plan.last_count) % plan.modulus
+        if plan.last_count is None or at - plan.last_at > self.mapping.max_age_s:
+            behind = 1  # first, or first after a silence: how many were missed meanwhile cannot be told
+        elif behind == 0:
+            self._refuse("doubled")
+            return None
+        elif behind > plan.modulus // 2:
+            if plan.late_count is None or (plan.late_count + 1) % plan.modulus != count:
+                plan.late_count = count
+                self._refuse("late")
+                return None
+            behind = 1  # two in a row behind: the balancer began to count anew
+        plan.last_count, plan.last_at, plan.late_count = count, at, None
+        self.lost_frames += behind - 1
+        return behind - 1
+
+    def _take(self, plan: _Plan, values: Mapping[str, Any], at: float, lost: int) -> list[Vector | Masses]:
+        if plan.alive:
+            self.heard_at = at
+        if plan.status is not None and (state := values.get(plan.status.name)) is not None:
+            self.status = _state(plan.status, int(state))
+        for signal in plan.signals:
+            raw = values.get(signal.name)
+            if raw is None:
+                continue
+            holds = signal.valid is None or values.get(signal.valid)
+            if signal.slot[1] in PAIRED and signal.slot in self._values:
+                self._refuse("unpaired")
+            self._values[signal.slot] = (raw * signal.factor if holds else None, at)
+        if plan.planes:
+            return self._corrections()
+        out: list[Vector | Masses] = []
+        for sensor in plan.sensors:
+            if lost and plan.message.name == sensor.amplitude.message:
+                self._lost[sensor.name] = self._lost.get(sensor.name, 0) + lost
+            vector = self._vector(sensor, at)
+            if vector is not None:
+                out.append(vector)
+        return out
+
+    # ------------------------------------------------------------ what frames complete
+    def _vector(self, sensor: SensorMap, at: float) -> Vector | None:
+        name, values = sensor.name, self._values
+        amplitude = values.get((name, "amplitude"))
+        phase = values.get((name, "phase"))
+        if amplitude is None or (sensor.phase is not None and phase is None):
+            return None
+        del values[name, "amplitude"]
+        if phase is not None:
+            del values[name, "phase"]
+        if amplitude[0] is None or not 0.0 <= amplitude[0] <= MOST:
+            self._refuse("not_valid" if amplitude[0] is None else "out_of_range")
+            return None
+        speed = self._recent(SPEED, at)
+        return Vector(
+            sensor=name,
+            amplitude=amplitude[0],
+            phase_deg=None if phase is None or phase[0] is None else _turned(phase[0]),
+            speed_rpm=speed or None,  # a drum that stands has none
+            overall_rms=self._recent((name, "overall"), at),
+            lost=self._lost.pop(name, 0),
+        )
+
+    def _recent(self, slot: tuple[str, str], at: float) -> float | None:
+        """A value that still holds; an old one is none."""
+        value = self._values.get(slot)
+        if value is None or value[0] is None or at - value[1] > self.mapping.max_age_s:
+            return None
+        return value[0] if 0.0 <= value[0] <= MOST else None
+
+    def _corrections(self) -> list[Vector | Masses]:
+        """The balancer's answer, once all planes have it and it is a new one."""
+        masses, numbers = [], set()
+        for plane in self.mapping.corrections:
+            found = [self._values.get((plane.plane, key), (None, 0.0))[0] for key in ("mass", "angle", "number")]
+            mass, angle, number = found
+            if mass is None or angle is None or number is None:
+                return []
+            numbers.add(number)
+            masses.append((plane.plane, mass, _turned(angle)))
+        if len(numbers) != 1 or (answer := numbers.pop()) == self._answer:
+            return []
+        self._answer = answer
+        return [Masses(tuple(masses))]
+
+    # ------------------------------------------------------------ plans
+    def _plan(self, message: Message) -> _Plan:
+        mapping, name = self.mapping, message.name
+        counter = next((s for s in message.signals if s.name == mapping.counter), None)
+        signals = tuple(self._signals_of(name))
+        state = mapping.status
+        return _Plan(
+            message=message,
+            decode=message.decode,
+            length=message.length,
+            bounds=tuple(_bound(one, message) for one in signals),
+            counter=None if counter is None else counter.name,
+            modulus=1 if counter is None else 1 << counter.length,
+            signals=signals,
+            sensors=tuple(s for s in mapping.sensors if name in (s.amplitude.message, s.phase and s.phase.message)),
+            planes=any(name in (p.mass.message, p.angle.message, p.number.message) for p in mapping.corrections),
+            alive=mapping.heartbeat in (None, name),
+            status=message.get_signal_by_name(state.signal) if state is not None and state.message == name else None,
+        )
+
+    def _signals_of(self, message: str) -> list[_Signal]:
+        wanted: list[tuple[tuple[str, str], Field | None]] = [(SPEED, self.mapping.speed)]
+        for sensor in self.mapping.sensors:
+            wanted += [((sensor.name, key), getattr(sensor, key)) for key in ("overall", *PAIRED)]
+        for plane in self.mapping.corrections:
+            wanted += [((plane.plane, key), getattr(plane, key)) for key in ("mass", "angle", "number")]
+        return [
+            _Signal(slot, field.signal, field.factor, field.valid)
+            for slot, field in wanted
+            if field is not None and field.message == message
+        ]
+
+
+def _bound(mapped: _Signal, message: Message) -> tuple[str, float, float, str | None]:
+    """Range of a mapped signal's value as the DBC states it, half a step wide at each end for rounding."""
+    signal = message.get_signal_by_name(mapped.name)
+    slack = 0.5 * abs(float(signal.scale))
+    low = -_FLOAT_MAX if signal.minimum is None else float(signal.minimum) - slack
+    high = _FLOAT_MAX if signal.maximum is None else float(signal.maximum) + slack
+    return (mapped.name, low, high, mapped.valid)
+
+
+def _state(signal: Signal, value: int) -> str:
+    """A status in the words of the DBC, else as a number."""
+    return str(signal.choices.get(value, value)) if signal.choices else str(value)
+
+
+def _turned(degrees: float) -> float:
+    """0 <= angle < 360."""
+    turned = degrees % 360.0
+    return 0.0 if turned >= 360.0 else turned

@@ -1,0 +1,84 @@
+"""Opening a bus: addresses read, and every way of failing told in words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import can
+import pytest
+
+from drivers.can_bus import BusAddress, open_bus, parse_bus
+from drivers.can_driver import CanDriver
+from drivers.can_toml import standard_mapping
+from drivers.clock import ManualClock
+from drivers.errors import BusUnavailable, InvalidSetting
+
+
+def test_addresses() -> None:
+    assert parse_bus("virtual") == BusAddress("virtual")
+    assert parse_bus("socketcan:can0,bitrate=500000") == BusAddress("socketcan", "can0", {"bitrate": 500000})
+    assert parse_bus("slcan:socket://127.0.0.1:9,sleep_after_open=0.5") == BusAddress(
+        "slcan", "socket://127.0.0.1:9", {"sleep_after_open": 0.5}
+    )
+    assert parse_bus("udp_multicast:239.1.2.3,fd=false,name=x").options == {"fd": False, "name": "x"}
+    for wrong in ("", ":can0", "virtual,speed"):
+        with pytest.raises(InvalidSetting):
+            parse_bus(wrong)
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (OSError(97, "Address family not supported by protocol"), "kernel may have no CAN"),
+        (can.CanInitializationError("no such device"), "no such device"),
+        (NotImplementedError("x"), "is unknown: use one of .*socketcan"),
+        (can.CanInterfaceNotImplementedError("x"), "is unknown"),
+        (ImportError("No module named 'uptime'"), "needs a package"),
+        (TypeError("unexpected keyword"), "check the channel and the options"),
+    ],
+)
+def test_a_bus_that_cannot_be_had_is_told_in_words(
+    monkeypatch: pytest.MonkeyPatch, error: Exception, words: str
+) -> None:
+    def broken(**_: Any) -> can.BusABC:
+        raise error
+
+    monkeypatch.setattr(can, "Bus", broken)
+    with pytest.raises(BusUnavailable, match=words) as failed:
+        open_bus(BusAddress("socketcan", "can0"))
+    assert failed.value.__cause__ is error
+
+
+def test_an_unknown_interface_is_told_by_the_real_library() -> None:
+    with pytest.raises(BusUnavailable, match="'carrier_pigeon' is unknown"):
+        open_bus(BusAddress("carrier_pigeon", "x"))
+
+
+def test_multicast_stays_on_this_machine_unless_told_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[dict[str, Any]] = []
+    monkeypatch.setattr(can, "Bus", lambda **settings: seen.append(settings))
+    open_bus(BusAddress("udp_multicast"))
+    open_bus(BusAddress("udp_multicast", "239.1.1.1", {"hop_limit": 2}))
+    assert [(one["channel"], one["hop_limit"]) for one in seen] == [("239.74.163.2", 0), ("239.1.1.1", 2)]
+
+
+class LostBus(can.BusABC):
+    """A bus whose cable comes out."""
+
+    def __init__(self) -> None:
+        super().__init__(channel="lost")
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        raise can.CanOperationError("bus off")
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        raise OSError(100, "Network is down")
+
+
+def test_a_lost_bus_ends_the_iteration_with_words() -> None:
+    driver = CanDriver(
+        BusAddress("socketcan", "can0"), standard_mapping(("P",)), clock=ManualClock(), open_with=lambda _: LostBus()
+    )
+    with driver, pytest.raises(BusUnavailable, match=r"socketcan:can0 was lost .*Network is down"):
+        next(iter(driver))
+    assert driver.health().state == "closed"
