@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli import benching
+from service.cli import benching, canbus
 from service.errors import DrumtrueError
 
 app = typer.Typer(
@@ -100,17 +100,25 @@ def solve(
 @app.command()
 def simulate(
     url: Annotated[str, typer.Option(help="Service to send the readings to.")] = "http://127.0.0.1:8000",
-    to: Annotated[str, typer.Option(help="Way out of the readings: http.")] = "http",
+    to: Annotated[str, typer.Option(help="Way out of the readings: http or can.")] = "http",
+    can: canbus.Bus = "udp_multicast",
+    mapping: canbus.MappingFile = None,
+    j1939: canbus.J1939 = False,
     control: Annotated[str, typer.Option(help="HOST:PORT to bolt masses on and off, set speed and faults.")] = "",
     source: Annotated[str, typer.Option(help="Name of the source.")] = "sim",
     seed: Annotated[int, typer.Option(min=0, help="Which drum, and which scatter.")] = 1,
     interval: Annotated[float, typer.Option(min=0.01, help="Seconds between readings.")] = 1.0,
     rounds: Annotated[int | None, typer.Option(min=1, help="Stop after so many readings of each sensor.")] = None,
-    register: Annotated[bool, typer.Option(help="Create machine and box at the service and bind the source.")] = True,
+    register: Annotated[
+        bool | None,
+        typer.Option(help="Create machine and box at the service and bind the source; default: with --to http."),
+    ] = None,
 ) -> None:
-    """Run a simulated drum that sends its readings to a service."""
-    from service.cli.simulating import simulate_until_stopped
+    """Run a simulated drum that sends its readings to a service, or onto a CAN bus as a balancer does."""
+    from service.cli.simulating import out_to_can, out_to_http, simulate_until_stopped
 
-    if to != "http":
-        raise typer.BadParameter(f"{to!r} is no way out; use http", param_hint="--to")
-    simulate_until_stopped(url, control, source, seed, interval, rounds, register=register)
+    if to not in ("http", "can"):
+        raise typer.BadParameter(f"{to!r} is no way out; use http or can", param_hint="--to")
+    out = out_to_http(url) if to == "http" else out_to_can(can, mapping, j1939=j1939)
+    registered = to == "http" if register is None else register
+    simulate_until_stopped(url if registered else None, out, control, source, seed, interval, rounds)

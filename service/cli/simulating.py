@@ -4,24 +4,52 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 
+from drivers.can_bus import parse_bus
+from drivers.can_sender import CanOut
 from drivers.clock import SystemClock
 from drivers.control import ControlPort
-from drivers.http_out import HttpOut
+from drivers.http_out import HttpOut, Outlet
 from drivers.simulate import run_simulation
 from drivers.simulated import SimulatedDrum, threshing_drum_example
+from service.cli.canbus import mapping_of
 from service.cli.client import Client
 from service.cli.hardware import catalogue_of, machine_of
 from service.errors import InvalidInput
 
 
+@dataclass(frozen=True)
+class WayOut:
+    """Where readings go: opened when the simulation starts, in batches of so many readings."""
+
+    open: Callable[[], Outlet]
+    batch_size: int
+
+
+def out_to_http(url: str) -> WayOut:
+    """To a service."""
+    return WayOut(lambda: HttpOut(url), batch_size=100)
+
+
+def out_to_can(bus: str, mapping: Path | None, *, j1939: bool) -> WayOut:
+    """Onto a CAN bus, each round at once; the drum's sensors are P and Q. Raises `InvalidSetting`."""
+    address, messages = parse_bus(bus), mapping_of(mapping, "P,Q", "1,2", j1939=j1939)
+    return WayOut(lambda: CanOut(address, messages), batch_size=1)
+
+
 def simulate_until_stopped(
-    url: str, control: str, source: str, seed: int, interval_s: float, rounds: int | None, *, register: bool
+    url: str | None, out: WayOut, control: str, source: str, seed: int, interval_s: float, rounds: int | None
 ) -> None:
-    """Send readings until SIGINT or SIGTERM, or for so many rounds. Raises what the service refuses."""
+    """Send readings until SIGINT or SIGTERM, or for so many rounds; url: of the service to register the drum at.
+
+    Raises what the service refuses.
+    """
     spec = threshing_drum_example(seed)
     port = _control_address(control)
-    if register:
+    if url is not None:
         _register(url, source, seed)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -32,8 +60,9 @@ def simulate_until_stopped(
     drum = SimulatedDrum(spec, seed=seed, clock=clock, source=source, sequence_start=first, interval_s=interval_s)
     run_simulation(
         drum,
-        HttpOut(url),
+        out.open(),
         stop=stop,
+        batch_size=out.batch_size,
         control=None if port is None else ControlPort(drum, *port),
         rounds=rounds,
         report=lambda line: print(line, flush=True),
