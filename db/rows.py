@@ -11,6 +11,7 @@ from db.documents.correction import Correction
 from db.documents.machine import CatalogueItem, Machine
 from db.documents.plan import Plan
 from db.documents.run import MassOnRotor, Run, RunOut
+from db.documents.session import AsFoundPiece
 from db.types import Document, UtcTime
 
 _KEY = String(32)
@@ -84,6 +85,7 @@ class SessionRow(Base):
     technician: Mapped[str | None] = mapped_column(String(100))
     note: Mapped[str | None] = mapped_column(Text)
     run_out: Mapped[tuple[RunOut, ...]] = mapped_column(Document(tuple[RunOut, ...]))
+    on_rotor: Mapped[tuple[AsFoundPiece, ...]] = mapped_column(Document(tuple[AsFoundPiece, ...]))
     fitted_plan_id: Mapped[str | None] = mapped_column(_KEY)
     created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
     closed_at: Mapped[datetime | None] = mapped_column(UtcTime)

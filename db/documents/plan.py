@@ -5,9 +5,9 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated, Literal
 
-from annotated_types import Gt, Le, Len
+from annotated_types import Ge, Gt, Le, Len
 
-from db.documents.base import MAX_LIST, AngleDeg, Name, Positive, Seed, Small, document
+from db.documents.base import MAX_LIST, AngleDeg, Name, NotNegative, Positive, Seed, Small, document
 from db.documents.correction import SensorVector
 
 ObjectiveName = Literal["residual_vibration", "components", "bearing_force"]
@@ -15,6 +15,7 @@ NormName = Literal["sum", "max", "rms"]
 Method = Literal["certified", "modified_jaya", "exact"]
 Base = Literal["as_found", "present"]
 PlanStatus = Literal["optimal", "within_uncertainty", "limit_reached", "heuristic", "infeasible"]
+Mode = Literal["best", "fewest"]
 PlanState = Literal["proposed", "fitted", "unfitted", "replaced"]
 
 
@@ -40,6 +41,17 @@ class PlanRequest:
     """How residual_vibration joins the sensors: sum (default), max or rms of amplitude over limit."""
     weights: Annotated[tuple[Positive, ...], Len(1, 64)] | None = None
     """Further weight of each predicted vector, in their order; only with residual_vibration."""
+    mode: Mode = "best"
+    """best: the smallest objective; fewest: the fewest masses whose objective is within `limit`, proved."""
+    limit: Positive | None = None
+    """Limit of the objective for mode fewest, in its unit; default for residual_vibration: every sensor within its own
+    limit (norm max, limit 1)."""
+    slack: NotNegative = 0.0
+    """Fewer masses, then less mass, then the commonest stock are preferred within this much of the best objective."""
+    alternatives: Annotated[int, Ge(0), Le(20)] = 0
+    """How many further selections to offer, the next best ones, proved in order."""
+    angle_tolerance_deg: Annotated[float, Ge(0), Le(30)] | None = None
+    """How far, degrees, a piece may sit off its position; `placement_spread` then says what that can do."""
     method: Method = "certified"
     """certified: modified Jaya, then the exact search proves or improves it; or one of the two alone."""
     base: Base = "as_found"
@@ -70,6 +82,8 @@ class Placement:
     """Mass of its fastener, g, which counts as well."""
     weighed_g: float | None = None
     """What the piece was weighed at, g, if it was."""
+    from_box: bool = True
+    """False: a piece of the as-found rotor, moved here."""
 
 
 @document
@@ -80,6 +94,74 @@ class Change:
     """add, remove or keep."""
     placement: Placement
     """The piece and its position."""
+
+
+@document
+class Offer:
+    """A selection with its proof."""
+
+    status: PlanStatus
+    """optimal: proved, nothing in the box does better; heuristic: nothing is proved; infeasible: see `reason`."""
+    message: str
+    """The status in a sentence."""
+    reason: str | None
+    """Why there is no selection, and what would help; null where there is one."""
+    placements: tuple[Placement, ...]
+    """The final state of the rotor: every stock mass on it."""
+    taken_off: tuple[Placement, ...]
+    """Pieces of the as-found rotor that come off or move elsewhere."""
+    objective_value: float | None
+    """Objective of the placements, in the objective's unit; null without a selection."""
+    lower_bound: float | None
+    """Proved: no selection has a smaller objective; null where nothing is proved."""
+    gap: float | None
+    """Objective minus lower bound; null where nothing is proved."""
+
+
+@document
+class FrontPoint:
+    """The best selection of at most so many masses in all."""
+
+    pieces: int
+    """Masses in all planes together."""
+    offer: Offer
+    """The selection."""
+
+
+@document
+class StockChange:
+    """Pieces that the box does not hold, or that it might."""
+
+    mass_g: Positive
+    """Mass of one piece by the catalogue, g."""
+    pieces: Annotated[int, Ge(1), Le(1_000_000)] = 1
+    """How many."""
+
+
+@document
+class WhatIfRequest:
+    """Ask what the plan would be under other circumstances; nothing is stored."""
+
+    missing: Annotated[tuple[StockChange, ...], MAX_LIST] = ()
+    """Pieces that cannot be found."""
+    bought: Annotated[tuple[StockChange, ...], MAX_LIST] = ()
+    """Pieces that might be bought."""
+    blocked: Annotated[tuple[BlockedPosition, ...], MAX_LIST] = ()
+    """Further positions that take nothing."""
+
+
+@document
+class WhatIf:
+    """The plan under other circumstances, beside the plan as it is."""
+
+    offer: Offer
+    """The selection under those circumstances."""
+    objective_value: float | None
+    """Objective of the plan as it is."""
+    objective_unit: str
+    """Unit of both."""
+    worse_by: float | None
+    """Objective under those circumstances minus that of the plan; negative: better."""
 
 
 @document
@@ -118,10 +200,10 @@ class PlanInputs:
 
     counts: tuple[int | None, ...]
     """Pieces on hand of each catalogue item; null: unlimited."""
-    kept: tuple[Placement, ...]
-    """Pieces on the rotor that stay (base: present)."""
-    on_rotor: tuple[Placement, ...]
+    present: tuple[Placement, ...]
     """Pieces of the plan that is fitted."""
+    present_off: tuple[Placement, ...] = ()
+    """Pieces of the as-found rotor that are off it now."""
     version: str
     """Version of Drumtrue."""
 
@@ -150,6 +232,8 @@ class Plan:
     """Why there is no selection; null where there is one."""
     placements: tuple[Placement, ...]
     """The final state of the rotor: every stock mass on it."""
+    taken_off: tuple[Placement, ...]
+    """Pieces of the as-found rotor that come off or move elsewhere."""
     changes: tuple[Change, ...]
     """What to add, remove and keep."""
     objective_value: float | None
@@ -168,7 +252,9 @@ class Plan:
     """Reactions before and after, N; null where the geometry is not known."""
     per_method: tuple[MethodResult, ...]
     """What each method found."""
-    alternatives: tuple[tuple[Placement, ...], ...]
+    placement_spread: float | None
+    """Most that the objective can change where pieces sit off by the angle tolerance; null without one."""
+    alternatives: tuple[Offer, ...]
     """Further selections, best first."""
     evaluations: int
     """Selections looked at in all."""

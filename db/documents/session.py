@@ -5,13 +5,27 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated, Literal
 
-from db.documents.base import MAX_LIST, Name, Text, document
+from db.documents.base import MAX_LIST, AngleDeg, Name, Positive, Text, document
 from db.documents.correction import Correction
 from db.documents.machine import Catalogue, Machine
 from db.documents.plan import Plan
 from db.documents.run import Run, RunOut
 
 SessionState = Literal["open", "corrected", "planned", "fitted", "checked", "closed"]
+
+
+@document
+class AsFoundPiece:
+    """A piece that is on the as-found rotor already."""
+
+    plane: Name
+    """Correction plane."""
+    position_deg: AngleDeg
+    """Angle of its position, degrees; one of the plane's positions."""
+    mass_g: Positive
+    """Mass, g, its fastener included."""
+    may: Literal["stay", "move", "remove"]
+    """stay: it stays; move: it may go to any position, or come off; remove: it may come off."""
 
 
 @document
@@ -28,6 +42,8 @@ class SessionRequest:
     """Anything worth knowing."""
     run_out: Annotated[tuple[RunOut, ...], MAX_LIST] = ()
     """Run-out vectors, subtracted from every reading."""
+    on_rotor: Annotated[tuple[AsFoundPiece, ...], MAX_LIST] = ()
+    """Pieces on the as-found rotor that a plan may move or take off."""
 
 
 @document
@@ -78,6 +94,8 @@ class Session(SessionSummary):
     """The machine as it was when the session opened: every number of the session is meant in its conventions."""
     run_out: tuple[RunOut, ...]
     """Run-out vectors, subtracted from every reading."""
+    on_rotor: tuple[AsFoundPiece, ...]
+    """Pieces on the as-found rotor that a plan may move or take off."""
     runs: tuple[Run, ...]
     """The runs, in order."""
     corrections: tuple[Correction, ...]
@@ -104,6 +122,8 @@ class SessionLog:
     """The box of stock masses; counts as received; each plan states what was on hand."""
     run_out: Annotated[tuple[RunOut, ...], MAX_LIST] = ()
     """Run-out vectors."""
+    on_rotor: Annotated[tuple[AsFoundPiece, ...], MAX_LIST] = ()
+    """Pieces on the as-found rotor that a plan may move or take off."""
     runs: tuple[Run, ...] = ()
     """The runs, in order."""
     corrections: tuple[Correction, ...] = ()

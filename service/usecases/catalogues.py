@@ -84,7 +84,7 @@ def exchange(
 
     Raises Conflict where the box holds too few.
     """
-    wanted, returned = _count(row.items, out), _count(row.items, back)
+    wanted, returned = pieces_of(row.items, out), pieces_of(row.items, back)
     net = {i: returned[i] - wanted[i] for i in wanted.keys() | returned.keys() if row.items[i].count is not None}
     balances = store.balances(row.id)
     short = [i for i, pieces in sorted(net.items()) if balances.get(i, 0) + pieces < 0]
@@ -115,8 +115,9 @@ def item_of(items: Sequence[CatalogueItem], mass_g: float, field: str) -> int:
     )
 
 
-def _count(items: Sequence[CatalogueItem], placements: Iterable[Placement]) -> Counter[int]:
-    return Counter(item_of(items, p.mass_g, "placements") for p in placements)
+def pieces_of(items: Sequence[CatalogueItem], placements: Iterable[Placement]) -> Counter[int]:
+    """Pieces of each item that placements take out of the box."""
+    return Counter(item_of(items, p.mass_g, "placements") for p in placements if p.from_box)
 
 
 def _counted_items(items: Sequence[CatalogueItem], pieces: Sequence[Pieces], field: str) -> dict[int, int]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from db.documents.correction import Coefficient, Diagnostic, Interval, PlaneMass, SensorVector
 from db.documents.machine import Machine, Sensor
-from db.documents.plan import Placement
+from db.documents.plan import Placement, Plan
 from db.documents.run import MassOnRotor, Run, RunOut, RunReading
 from service.balancing.diagnosis.findings import Finding
 from service.balancing.fit import InfluenceFit, Prediction, RunSet, amplitude_interval
@@ -61,6 +61,12 @@ def as_masses(placements: Iterable[Placement]) -> tuple[MassOnRotor, ...]:
         )
         for p in placements
     )
+
+
+def masses_on_rotor(plan: Plan) -> tuple[MassOnRotor, ...]:
+    """Masses on the rotor with a fitted plan, relative to as-found: what came off counts as negative."""
+    off = (replace(mass, mass_g=-mass.mass_g) for mass in as_masses(plan.taken_off))
+    return (*as_masses(plan.fitted or ()), *off)
 
 
 def run_set(machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], rows: Sequence[Channel]) -> RunSet:

@@ -6,13 +6,24 @@ from collections import Counter
 from dataclasses import replace
 
 from db.documents.machine import CatalogueItem, Machine
-from db.documents.plan import ActualPlacement, FittedRequest, Placement, Plan, PlanInputs, PlanRequest
+from db.documents.plan import (
+    ActualPlacement,
+    FittedRequest,
+    FrontPoint,
+    Placement,
+    Plan,
+    PlanInputs,
+    PlanRequest,
+    WhatIf,
+    WhatIfRequest,
+)
 from db.rows import CatalogueRow, CorrectionRow, PlanRow, SessionRow
 from db.store import Store
 from service.errors import Conflict, InvalidInput, OutOfOrder
-from service.usecases import catalogues, states
+from service.usecases import catalogues, offers, states
+from service.usecases.posing import Ground, in_order
 from service.usecases.rules import hole_label, plane_index, position_index
-from service.usecases.selecting import Ground, in_order, refitted, solve_plan
+from service.usecases.selecting import refitted, solve_plan
 from service.usecases.work import Work, require
 from service.version import __version__
 
@@ -60,6 +71,18 @@ def get(work: Work, plan_id: str) -> Plan:
         return require(store, PlanRow, plan_id).plan
 
 
+def front(work: Work, plan_id: str) -> tuple[FrontPoint, ...]:
+    """The best selection for each number of masses, as far as one more makes it better. Raises NotFound."""
+    plan, ground = _solved(work, plan_id)
+    return offers.front_of(ground, plan.request, work.monotonic)
+
+
+def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
+    """The plan under other circumstances; nothing is stored. Raises NotFound, InvalidInput."""
+    plan, ground = _solved(work, plan_id)
+    return offers.what_if(ground, plan, request, work.monotonic)
+
+
 def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
     """Take the masses from stock, all or none; pieces of the plan fitted before go back or stay.
 
@@ -73,7 +96,8 @@ def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
         ground = _ground(store, session, row.plan.correction_id, False)
         actual = row.plan.placements
         if request.actual is not None:
-            actual = _actual(ground.machine, ground.items, request.actual)
+            moved = tuple(piece for piece in actual if not piece.from_box)
+            actual = in_order(ground.machine, (*moved, *_actual(ground.machine, ground.items, request.actual)))
         before = None if session.fitted_plan_id is None else require(store, PlanRow, session.fitted_plan_id)
         back = () if before is None else before.plan.fitted or ()
         catalogues.exchange(work, store, box, back=back, out=actual, session_id=session.id, plan_id=row.id)
@@ -127,12 +151,14 @@ def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool) -
         )
     box = require(store, CatalogueRow, session.catalogue_id)
     present: tuple[Placement, ...] = ()
+    off: tuple[Placement, ...] = ()
     if session.fitted_plan_id is not None:
-        present = require(store, PlanRow, session.fitted_plan_id).plan.fitted or ()
+        fitted_plan = require(store, PlanRow, session.fitted_plan_id).plan
+        present, off = fitted_plan.fitted or (), fitted_plan.taken_off
     counts = catalogues.on_hand(store, box)
     if not keep:
         # Pieces of the fitted plan may all come off, so they count as on hand.
-        fitted_now = Counter(catalogues.item_of(box.items, p.mass_g, "placements") for p in present)
+        fitted_now = catalogues.pieces_of(box.items, present)
         counts = tuple(None if n is None else n + fitted_now[i] for i, n in enumerate(counts))
     return Ground(
         machine=session.machine,
@@ -140,8 +166,18 @@ def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool) -
         runs=tuple(row.run for row in store.runs(session.id)),
         run_out=session.run_out,
         correction=correction.correction,
-        inputs=PlanInputs(counts=counts, kept=present if keep else (), on_rotor=present, version=__version__),
+        as_found=session.on_rotor,
+        inputs=PlanInputs(counts=counts, present=present, present_off=off, version=__version__),
     )
+
+
+def _solved(work: Work, plan_id: str) -> tuple[Plan, Ground]:
+    """A plan and what it was made on, the box as it was then."""
+    with work.database.read() as store:
+        plan = require(store, PlanRow, plan_id).plan
+        session = require(store, SessionRow, plan.session_id)
+        ground = _ground(store, session, plan.correction_id, False)
+    return plan, replace(ground, inputs=plan.inputs)
 
 
 def _locked(store: Store, plan_id: str) -> tuple[PlanRow, SessionRow, CatalogueRow]:
@@ -209,4 +245,4 @@ def _actual(
                 weighed_g=piece.weighed_g,
             )
         )
-    return in_order(machine, out)
+    return tuple(out)

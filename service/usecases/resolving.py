@@ -17,8 +17,9 @@ from db.documents.correction import Correction, CorrectionRequest
 from db.documents.plan import Plan, PlanInputs, PlanRequest
 from db.documents.session import SessionLog
 from service.errors import InvalidInput
-from service.usecases.rules import check_catalogue, check_masses, normalised, sensor_index
-from service.usecases.selecting import Ground, solve_plan
+from service.usecases.posing import Ground
+from service.usecases.rules import check_as_found, check_catalogue, check_masses, normalised, sensor_index
+from service.usecases.selecting import solve_plan
 from service.usecases.solving import solve_correction
 from service.version import __version__
 
@@ -54,6 +55,7 @@ def read_log(text: str | bytes) -> SessionLog:
         check_masses(machine, run.masses, f"runs[{index}].masses")
         for place, reading in enumerate(run.readings):
             sensor_index(machine, reading.sensor, f"runs[{index}].readings[{place}].sensor")
+    check_as_found(machine, log.on_rotor)
     return replace(log, machine=machine)
 
 
@@ -106,6 +108,7 @@ def _plan(
         items=log.catalogue.items,
         runs=log.runs,
         run_out=log.run_out,
+        as_found=log.on_rotor,
         correction=correction,
         inputs=given.inputs,
     )
@@ -156,9 +159,7 @@ def _first_plan(log: SessionLog, correction: Correction) -> tuple[_Wanted, ...]:
     if log.catalogue is None:
         return ()
     objective = "residual_vibration" if correction.request.source == "fit" else "components"
-    inputs = PlanInputs(
-        counts=tuple(item.count for item in log.catalogue.items), kept=(), on_rotor=(), version=__version__
-    )
+    inputs = PlanInputs(counts=tuple(item.count for item in log.catalogue.items), present=(), version=__version__)
     request = PlanRequest(correction_id=correction.id, objective=objective)  # type: ignore[arg-type]
     return (_Wanted("plan-1", 1, request, inputs, datetime.fromtimestamp(0, UTC)),)
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from db.documents.machine import Catalogue, Machine, Plane, Sensor
 from db.documents.run import MassOnRotor
+from db.documents.session import AsFoundPiece
 from service.balancing.phasors import normal_degrees
 from service.balancing.units import Scale
 from service.errors import InvalidInput, NumericsError
@@ -79,6 +80,13 @@ def check_masses(machine: Machine, masses: Iterable[MassOnRotor], field: str = "
                 value=0.0,
                 advice="leave the line out, or state what was fitted",
             )
+
+
+def check_as_found(machine: Machine, pieces: Iterable[AsFoundPiece]) -> None:
+    """Every piece on the as-found rotor sits in a position of the machine. Raises InvalidInput."""
+    for index, piece in enumerate(pieces):
+        plane = machine.planes[plane_index(machine, piece.plane, f"on_rotor[{index}].plane")]
+        position_index(plane, piece.position_deg, f"on_rotor[{index}].position_deg")
 
 
 def _check_sensor(machine: Machine, field: str, sensor: Sensor) -> None:

@@ -86,7 +86,7 @@ def _masses(store: Store, session: SessionRow, request: RunRequest) -> tuple[Mas
     masses = request.masses
     if masses is None and request.kind == "check":
         plan = require(store, PlanRow, session.fitted_plan_id or "").plan
-        return mapping.as_masses(plan.fitted or ())
+        return mapping.masses_on_rotor(plan)
     masses = masses or ()
     check_masses(session.machine, masses)
     if request.kind == "initial" and masses:

@@ -8,7 +8,7 @@ from db.rows import CatalogueRow, MachineRow, SessionRow
 from db.store import Store
 from service.errors import Conflict
 from service.usecases import states
-from service.usecases.rules import sensor_index
+from service.usecases.rules import check_as_found, sensor_index
 from service.usecases.work import Work, require
 from service.version import __version__
 
@@ -21,6 +21,7 @@ def open_on(work: Work, request: SessionRequest) -> Session:
             require(store, CatalogueRow, request.catalogue_id)
         for index, entry in enumerate(request.run_out):
             sensor_index(machine.spec, entry.sensor, f"run_out[{index}].sensor")
+        check_as_found(machine.spec, request.on_rotor)
         row = SessionRow(
             id=work.new_id(),
             machine_id=machine.id,
@@ -31,6 +32,7 @@ def open_on(work: Work, request: SessionRequest) -> Session:
             technician=request.technician,
             note=request.note,
             run_out=request.run_out,
+            on_rotor=request.on_rotor,
             fitted_plan_id=None,
             created_at=work.now(),
             closed_at=None,
@@ -87,6 +89,7 @@ def log(work: Work, session_id: str) -> SessionLog:
             machine=row.machine,
             catalogue=None if box is None else Catalogue(name=box.name, items=box.items),
             run_out=row.run_out,
+            on_rotor=row.on_rotor,
             runs=view.runs,
             corrections=view.corrections,
             plans=view.plans,
@@ -99,6 +102,7 @@ def _view(store: Store, row: SessionRow) -> Session:
         next_step=states.next_step(row.state),
         machine=row.machine,
         run_out=row.run_out,
+        on_rotor=row.on_rotor,
         runs=tuple(r.run for r in store.runs(row.id)),
         corrections=tuple(c.correction for c in store.corrections(row.id)),
         plans=tuple(p.plan for p in store.plans(row.id)),

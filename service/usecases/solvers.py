@@ -1,19 +1,21 @@
-"""Which solvers a method of a plan runs, under one deadline."""
+"""Which solvers a plan runs, under one deadline."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from db.documents.plan import Method
-from service.balancing.exact import exact_result, search_exact
+from db.documents.plan import Method, PlanRequest
+from service.balancing.alternatives import prefer, solve_fewest
+from service.balancing.certified import FIRST_GENERATIONS, FIRST_MEMBERS
+from service.balancing.exact import ExactState, exact_result, last_state, search_exact
 from service.balancing.jaya import solve_jaya
-from service.balancing.placements import Selection
+from service.balancing.placements import Selection, result_of
 from service.balancing.selection import SelectionProblem, SelectionResult
+from service.errors import InvalidInput
 
 JAYA_SHARE = 0.2
 """Share of the time limit that `certified` leaves to the modified Jaya."""
-
 PATIENCE = 24
 """Steps of the exact search before it may end `within_uncertainty`; what takes fewer is proved in full.
 
@@ -30,56 +32,112 @@ class Part:
     seconds: float
 
 
-@dataclass(frozen=True)
+@dataclass
 class Solved:
-    """The answer, and the methods it comes from."""
+    """The answer, the methods it comes from, and the next best selections."""
 
-    result: SelectionResult
-    parts: tuple[Part, ...]
-    seconds: float
+    parts: list[Part] = field(default_factory=list)
+    others: tuple[SelectionResult, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def result(self) -> SelectionResult:
+        """The answer: that of the last method."""
+        return self.parts[-1].result
 
 
 def run_method(
-    problem: SelectionProblem,
-    method: Method,
-    seed: int,
-    limit_s: float,
-    monotonic: Callable[[], float],
-    uncertainty: float = 0.0,
+    problem: SelectionProblem, request: PlanRequest, uncertainty: float, monotonic: Callable[[], float]
 ) -> Solved:
-    """Solve within `limit_s` seconds of `monotonic`; the best selection so far is returned when they are over.
+    """Solve within the request's time limit on `monotonic`; the best selection so far is returned when it is over.
 
     uncertainty: what the measurement cannot tell, in the objective's unit; a smaller gap is not worth a long search.
+    Raises InvalidInput for a mode without its limit.
     """
     begun = monotonic()
-    parts: list[Part] = []
+    solved = Solved()
 
-    def over(share: float) -> Callable[[], bool]:
-        return lambda: monotonic() - begun >= share * limit_s
+    def over(share: float = 1.0) -> Callable[[], bool]:
+        return lambda: monotonic() - begun >= share * request.time_limit_s
 
-    def add(name: Method, solve: Callable[[], SelectionResult]) -> SelectionResult:
+    def add(name: Method, solve: Callable[[], SelectionResult]) -> None:
         start = monotonic()
         result = solve()
-        parts.append(Part(name, result, monotonic() - start))
-        return result
+        solved.parts.append(Part(name, result, monotonic() - start))
 
-    result: SelectionResult | None = None
-    if method != "exact":
-        share = JAYA_SHARE if method == "certified" else 1.0
-        result = add("modified_jaya", lambda: solve_jaya(problem, seed, stop=over(share)))
-    if method != "modified_jaya":
-        start = None if result is None else result.pieces
-        result = add("exact", lambda: prove(problem, start, over(1.0), uncertainty))
-    assert result is not None  # noqa: S101
-    return Solved(result, tuple(parts), monotonic() - begun)
+    if request.mode == "fewest":
+        limit = limit_of_mode(request)
+        add("exact", lambda: solve_fewest(problem, limit, stop=over()))
+    else:
+        if request.method == "modified_jaya":
+            add("modified_jaya", lambda: solve_jaya(problem, request.seed, stop=over()))
+        elif request.method == "certified":
+            add("modified_jaya", lambda: _first_answer(problem, request.seed, over(JAYA_SHARE)))
+        if request.method != "modified_jaya":
+            start = solved.result.pieces if solved.parts else None
+
+            def exact() -> SelectionResult:
+                found = prove(problem, start, request.alternatives, uncertainty, over())
+                solved.others = _others(problem, found)
+                return prefer(problem, exact_result(problem, found, uncertainty), request.slack, stop=over())
+
+            add("exact", exact)
+    solved.seconds = monotonic() - begun
+    return solved
 
 
 def prove(
-    problem: SelectionProblem, start: Selection | None, stop: Callable[[], bool], uncertainty: float
-) -> SelectionResult:
+    problem: SelectionProblem,
+    start: Selection | None,
+    alternatives: int,
+    uncertainty: float,
+    stop: Callable[[], bool],
+) -> ExactState:
     """The exact search, ended when it has proved its best, when `stop()` says so, or when more is not worth it."""
-    for step, state in enumerate(search_exact(problem, start=start)):
-        near = step >= PATIENCE and state.value - state.lower_bound <= uncertainty
-        if state.proved or near or stop():
-            break
-    return exact_result(problem, state, uncertainty)
+    steps = 0
+
+    def enough(state: ExactState) -> bool:
+        nonlocal steps
+        steps += 1
+        near = steps > PATIENCE and state.value - state.lower_bound <= uncertainty
+        return state.proved or near or stop()
+
+    return last_state(search_exact(problem, start=start, keep=1 + alternatives), enough)
+
+
+def limit_of_mode(request: PlanRequest) -> float:
+    """Limit that the fewest masses have to meet.
+
+    Raises InvalidInput where none is stated, or the method proves none.
+    """
+    if request.method == "modified_jaya":
+        raise InvalidInput(
+            "the modified Jaya cannot prove that fewer masses do not meet the limit",
+            field="method",
+            value=request.method,
+            advice="use method certified with mode fewest",
+        )
+    if request.limit is not None:
+        return request.limit
+    if request.objective == "residual_vibration" and request.norm in (None, "max"):
+        return 1.0
+    raise InvalidInput(
+        f"mode fewest needs a limit of {request.objective}",
+        field="limit",
+        value=None,
+        advice="state the limit in the objective's unit",
+    )
+
+
+def _first_answer(problem: SelectionProblem, seed: int, stop: Callable[[], bool]) -> SelectionResult:
+    """A short run of the modified Jaya: the exact search needs only something to compare with."""
+    return solve_jaya(problem, seed, members=FIRST_MEMBERS, generations=FIRST_GENERATIONS, stop=stop)
+
+
+def _others(problem: SelectionProblem, state: ExactState) -> tuple[SelectionResult, ...]:
+    """The next best selections of a search, with its bound."""
+    whole = exact_result(problem, state)
+    return tuple(
+        result_of(problem, selection, whole.status, whole.message, state.evaluations, state.lower_bound)
+        for selection in state.selections[1:]
+    )

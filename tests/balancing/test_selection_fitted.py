@@ -108,9 +108,9 @@ def test_angles_that_are_no_position_are_refused() -> None:
     assert position_at(one, float(np.deg2rad(-0.5)), TOLERANCE) == 3
     with pytest.raises(NumericsError, match=r"45 degrees is 45 degrees from the nearest position, more than 2"):
         position_at(one, float(np.deg2rad(45.0)), TOLERANCE)
-    with pytest.raises(NumericsError, match="plane 3, there are 1"):
+    with pytest.raises(NumericsError, match=r"plane 3, there are 1"):
         with_fitted(problem(1j), [FittedPiece(3, 0.0, 1.0, "stay")], in_offset=True, tolerance=TOLERANCE)
-    with pytest.raises(NumericsError, match="of 0.0 g"):
+    with pytest.raises(NumericsError, match=r"of 0\.0 g"):
         with_fitted(problem(1j), [FittedPiece(0, 0.0, 0.0, "stay")], in_offset=True, tolerance=TOLERANCE)
 
 

@@ -49,6 +49,7 @@ def upgrade() -> None:
         sa.Column("technician", sa.String(length=100), nullable=True),
         sa.Column("note", sa.Text(), nullable=True),
         sa.Column("run_out", sa.Text(), nullable=False),
+        sa.Column("on_rotor", sa.Text(), nullable=False),
         sa.Column("fitted_plan_id", sa.String(length=32), nullable=True),
         sa.Column("created_at", sa.DateTime(timezone=True), nullable=False),
         sa.Column("closed_at", sa.DateTime(timezone=True), nullable=True),

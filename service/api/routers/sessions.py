@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from db.documents.correction import Correction, CorrectionRequest
-from db.documents.plan import FittedRequest, Plan, PlanRequest
+from db.documents.plan import FittedRequest, FrontPoint, Plan, PlanRequest, WhatIf, WhatIfRequest
 from db.documents.report import Report
 from db.documents.run import Run, RunPatch, RunRequest
 from db.documents.session import Session, SessionLog, SessionPatch, SessionRequest, SessionState, SessionSummary
@@ -109,6 +109,24 @@ def add_plan(work: WorkDep, session_id: Key, plan: PlanRequest) -> Plan:
 def get_plan(work: WorkDep, plan_id: Key) -> Plan:
     """One plan. Units as in `add_plan`: g, degrees, the objective's unit, N, s."""
     return plans.get(work, plan_id)
+
+
+@router.get("/plans/{plan_id}/front", tags=["plans"], responses=errors(404, 409))
+def get_front(work: WorkDep, plan_id: Key) -> tuple[FrontPoint, ...]:
+    """The best selection for each number of masses, as far as one more makes it better.
+
+    Masses in g, positions in degrees, objective in the plan's `objective_unit`.
+    """
+    return plans.front(work, plan_id)
+
+
+@router.post("/plans/{plan_id}/what-if", tags=["plans"], responses=errors(404, 409))
+def ask_what_if(work: WorkDep, plan_id: Key, what_if: WhatIfRequest) -> WhatIf:
+    """The plan with pieces missing or bought, or holes blocked; nothing is stored.
+
+    Masses in g, positions in degrees, objective in `objective_unit`.
+    """
+    return plans.what_if(work, plan_id, what_if)
 
 
 @router.post("/plans/{plan_id}/fitted", tags=["plans"], responses=errors(404, 409))

@@ -1,0 +1,63 @@
+"""Other answers to a plan's problem: for each number of masses, and under other circumstances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from db.documents.machine import CatalogueItem
+from db.documents.plan import FrontPoint, Plan, PlanRequest, StockChange, WhatIf, WhatIfRequest
+from service.balancing.alternatives import front
+from service.errors import InvalidInput
+from service.usecases.catalogues import item_of
+from service.usecases.posing import Ground, pose
+from service.usecases.selecting import UNIT, offer_of
+from service.usecases.solvers import run_method
+
+
+def front_of(ground: Ground, request: PlanRequest, monotonic: Callable[[], float]) -> tuple[FrontPoint, ...]:
+    """The best selection of at most 0, 1, 2 ... masses in all, as far as one more makes it better; each proved."""
+    posed = pose(ground, request)
+    begun = monotonic()
+    points = front(posed.problem, stop=lambda: monotonic() - begun >= request.time_limit_s)
+    return tuple(FrontPoint(pieces=point.pieces, offer=offer_of(posed, point.result)) for point in points)
+
+
+def what_if(ground: Ground, plan: Plan, asked: WhatIfRequest, monotonic: Callable[[], float]) -> WhatIf:
+    """The plan's own problem with pieces missing or bought, or positions blocked.
+
+    Raises InvalidInput for a mass that is not in the box, more missing than there are, or an angle that is no position.
+    """
+    counts = _changed(ground.items, ground.inputs.counts, asked.missing, -1, "missing")
+    counts = _changed(ground.items, counts, asked.bought, +1, "bought")
+    changed = replace(ground, inputs=replace(ground.inputs, counts=counts))
+    request = replace(plan.request, blocked=(*plan.request.blocked, *asked.blocked), alternatives=0)
+    posed = pose(changed, request)
+    offer = offer_of(posed, run_method(posed.problem, request, posed.uncertainty, monotonic).result)
+    known = plan.objective_value is not None and offer.objective_value is not None
+    return WhatIf(
+        offer=offer,
+        objective_value=plan.objective_value,
+        objective_unit=UNIT[request.objective],
+        worse_by=(offer.objective_value or 0.0) - (plan.objective_value or 0.0) if known else None,
+    )
+
+
+def _changed(
+    items: Sequence[CatalogueItem], counts: Sequence[int | None], pieces: Sequence[StockChange], sign: int, field: str
+) -> tuple[int | None, ...]:
+    out = list(counts)
+    for index, change in enumerate(pieces):
+        item = item_of(items, change.mass_g, f"{field}[{index}].mass_g")
+        have = out[item]
+        if have is None:
+            continue
+        if have + sign * change.pieces < 0:
+            raise InvalidInput(
+                f"{change.pieces} of {change.mass_g:g} g cannot be missing: there are {have}",
+                field=f"{field}[{index}].pieces",
+                value=change.pieces,
+                advice="state at most what is on hand",
+            )
+        out[item] = have + sign * change.pieces
+    return tuple(out)
