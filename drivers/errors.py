@@ -72,3 +72,27 @@ class SpoolFull(SpoolError):
 
 class SpoolUnusable(SpoolError, OSError):
     """The spool's file cannot be opened or read: no permission, in use by another bridge, or no spool at all."""
+
+
+class SignalRefused(DriverError, ValueError):
+    """A waveform that gives no honest reading: too few turns, edges that no repair explains, a speed that runs away.
+
+    code: `too_short`, `tacho`, `speed`, `sampling`, `clipped`, `dropout` or `numbers`, the same in every version.
+    """
+
+    def __init__(self, message: str, *, code: str) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+class UnreadableFile(DriverError, ValueError):
+    """A waveform file that cannot be opened, is not what its name says, or lacks a column that was asked for.
+
+    path: the file. line: the line of a text file, counted from 1.
+    """
+
+    def __init__(self, message: str, *, path: str, line: int | None = None) -> None:
+        where = path if line is None else f"{path}, line {line}"
+        super().__init__(f"{where}: {message}")
+        self.path = path
+        self.line = line

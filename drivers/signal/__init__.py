@@ -1,0 +1,20 @@
+"""From raw waveforms and key-phasor edges to 1x vectors: pure functions on arrays.
+
+| module | does |
+|---|---|
+| `block` | a block of samples, its channels and its key-phasor edges |
+| `edges` | edges in a sampled tachometer signal, between the samples |
+| `turns` | missed and extra edges repaired or refused; rotor angle and speed at any time |
+| `windows` | tapers over the turns of a block |
+| `orders` | 1x and harmonics by weighted least squares in the angle domain |
+| `scatter` | standard deviation of the 1x vector, from sub-blocks |
+| `neighbours` | a tone of another machine beside the 1x component |
+| `integrity` | clipping and dropouts |
+| `broadband` | overall rms in a band |
+| `chain` | all of it: `measure(block, settings)` |
+| `directions` | horizontal, vertical and axial side by side: is it unbalance? |
+
+Conventions: the rotor angle is 0 when the mark passes the pick-up and grows as the rotor turns, rad; a signal is
+Re(c exp(j angle)), so its lag (degrees turned from the mark to the next positive peak) is -arg c. Inside, SI and peak
+values; the unit, detection and phase sense of a reading are put on at the end of `chain`.
+"""

@@ -1,0 +1,73 @@
+"""What is wrong with samples before anything is computed from them: clipped tops, dropouts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.signal.block import Floats
+
+FLAT_TOP = 3
+"""Equal samples in a row at the very top or bottom that make it flat."""
+FROZEN = 8
+"""Equal samples in a row anywhere else that no signal from a shed shows."""
+STEP = 2.0
+"""Steps of the converter that a signal must jump at the end of a level stretch; a slow signal coarsely converted stays
+level too, but leaves by one step."""
+AT_FULL_SCALE = 0.999
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Integrity:
+    """clipped: number of samples cut off. lost (n,): samples that were never measured."""
+
+    clipped: int
+    lost: NDArray[np.bool_]
+
+
+def integrity_of(samples: Floats, full_scale: float | None = None) -> Integrity:
+    """Inspect samples (n,), raw; NaN is lost. full_scale: greatest value the input can take, in the same unit.
+
+    Clipped: at or above 99.9 % of the full scale; or 3 or more equal samples at the greatest or least value, left by
+    more than 2 steps of the converter. Lost: 8 or more equal samples elsewhere, left in the same way; all of them where
+    the signal never moves.
+    """
+    lost = np.isnan(samples)
+    seen = samples[~lost]
+    if seen.size == 0 or seen.min() == seen.max():
+        return Integrity(0, np.ones_like(lost))
+    starts, lengths, values, jumps = _level_stretches(samples)
+    steps = np.abs(np.diff(seen))
+    sudden = jumps > STEP * float(steps[steps > 0.0].min())
+    extreme = (values == seen.min()) | (values == seen.max())
+    flat = extreme & sudden & (lengths >= FLAT_TOP)
+    frozen = ~extreme & sudden & (lengths >= FROZEN)
+    clipped = int(lengths[flat].sum())
+    if full_scale is not None:
+        clipped = max(clipped, int(np.count_nonzero(np.abs(seen) >= AT_FULL_SCALE * full_scale)))
+    for start, length in zip(starts[frozen], lengths[frozen], strict=True):
+        lost[start : start + length] = True
+    return Integrity(clipped, lost)
+
+
+def bridged(samples: Floats, lost: NDArray[np.bool_]) -> Floats:
+    """Samples (n,) with straight lines over the lost ones; not all may be lost."""
+    if not lost.any():
+        return samples
+    places = np.arange(len(samples))
+    return np.interp(places, places[~lost], samples[~lost])
+
+
+def _level_stretches(samples: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp], Floats, Floats]:
+    """Start, length and value of each stretch of at least 3 equal samples, and its greater jump at an end."""
+    change = np.flatnonzero(samples[1:] != samples[:-1]) + 1  # NaN differs from everything
+    starts = np.concatenate([[0], change])
+    lengths = np.diff(np.append(starts, len(samples)))
+    long = lengths >= FLAT_TOP
+    starts, lengths = starts[long], lengths[long]
+    before = samples[np.maximum(starts - 1, 0)]
+    after = samples[np.minimum(starts + lengths, len(samples) - 1)]
+    values = samples[starts]
+    return starts, lengths, values, np.fmax(np.abs(before - values), np.abs(after - values))

@@ -1,0 +1,142 @@
+"""Key-phasor edges as turns of the rotor: faults repaired or refused, angle and speed at any time.
+
+Between edges the angle follows a cubic Hermite curve whose slope at each edge is that of the parabola through it and
+its neighbours: a constant angular acceleration is followed exactly, and where edges were missed the curve runs on.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.checks import require
+from drivers.errors import SignalRefused
+from drivers.signal.block import Floats
+
+LEAST_TURNS = 4
+MOST_REPAIRED = 0.1
+"""Share of edges that may be missed, extra or out of place; a key-phasor worse than that needs a hand, not a repair."""
+LONGEST_GAP = 3
+"""Edges missed in a row; over a longer gap the count of turns would rest on the speed being steady."""
+OUT_OF_STEP = 0.12
+"""Share of a turn by which an edge may differ from where the last period puts it, before it counts as extra."""
+OUT_OF_PLACE = 0.02
+"""Share of a turn by which an edge may always differ from the line between its neighbours."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Turns:
+    """Accepted edges: times (m,) in s and the number (m,) of the turn that begins there, counted from 0.
+
+    missed, extra: edges that were lacking, and edges that were left out.
+    """
+
+    times: Floats
+    numbers: Floats
+    missed: int = 0
+    extra: int = 0
+
+    @property
+    def count(self) -> int:
+        """Whole turns between the first and the last edge."""
+        return int(self.numbers[-1])
+
+    def angle_and_speed(self, times: Floats) -> tuple[Floats, Floats]:
+        """Rotor angle, rad from the first edge, and speed, rad/s, at times (n,) between the first and last edge."""
+        t, y = self.times, math.tau * self.numbers
+        slopes = _slopes(t, y)
+        i = np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 2)
+        h = np.diff(t)[i]
+        s = (times - t[i]) / h
+        rise = np.diff(y)[i]
+        d0, d1 = h * slopes[i], h * slopes[i + 1]
+        square, cube = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
+        angle = y[i] + s * (d0 + s * (square + s * cube))
+        speed = (d0 + s * (2.0 * square + 3.0 * s * cube)) / h
+        return angle, speed
+
+
+def turns_of(edges_s: Floats) -> Turns:
+    """Count the turns of edges (m,), s, one to a turn.
+
+    An edge that is missing is counted over, one that comes between two turns or out of place is left out.
+    Raises `InvalidSetting` for times that are not finite or do not increase, and `SignalRefused` (`too_short`: fewer
+    than 4 turns; `tacho`: more than a tenth of the edges would have to be repaired, or more than 3 in a row).
+    """
+    require(edges_s.ndim == 1, f"shape {edges_s.shape} of edges", "be (m,)")
+    require(bool(np.isfinite(edges_s).all()), "an edge time", "be a finite number of seconds")
+    gaps = np.diff(edges_s)
+    require(bool((gaps > 0.0).all()), "edge times", "increase")
+    if len(edges_s) < LEAST_TURNS + 1:
+        raise SignalRefused(
+            f"{len(edges_s)} key-phasor edges in the block; {LEAST_TURNS + 1} are the least: record for longer, or "
+            "check the key-phasor",
+            code="too_short",
+        )
+    walks = [
+        _walk(edges_s, start, float(np.median(gaps[start : start + few])))
+        for start in range(min(3, len(gaps)))
+        for few in (7, len(gaps))
+    ]
+    index, numbers = _without_strays(edges_s, *max(walks, key=lambda walk: len(walk[0])))
+    missing = np.diff(numbers) - 1.0
+    turns = Turns(edges_s[index], numbers - numbers[0], int(missing.sum()), len(edges_s) - len(index))
+    _judge(turns, int(missing.max(initial=0)))
+    return turns
+
+
+def _walk(edges: Floats, start: int, period: float) -> tuple[list[int], list[int]]:
+    """Indices of the edges that come in step from `start` on, and their turn numbers."""
+    kept, numbers = [start], [0]
+    for index in range(start + 1, len(edges)):
+        steps = (edges[index] - edges[kept[-1]]) / period
+        whole = round(steps)
+        if whole >= 1 and abs(steps - whole) <= OUT_OF_STEP:
+            period = 0.5 * (period + (edges[index] - edges[kept[-1]]) / whole)
+            kept.append(index)
+            numbers.append(numbers[-1] + whole)
+    return kept, numbers
+
+
+def _without_strays(edges: Floats, kept: list[int], numbers: list[int]) -> tuple[NDArray[np.intp], Floats]:
+    """Leave out, worst first, the edges that stand off the line between their neighbours much more than the rest."""
+    index, number = np.array(kept, np.intp), np.array(numbers, float)
+    for _ in range(int(MOST_REPAIRED * len(kept)) + 1):
+        if len(index) < 4:
+            break
+        t = edges[index]
+        share = np.diff(t)[:-1] / (t[2:] - t[:-2])
+        off = np.abs(number[1:-1] - (number[:-2] + share * (number[2:] - number[:-2])))
+        worst = int(np.argmax(off))
+        if off[worst] <= max(OUT_OF_PLACE, 8.0 * float(np.median(off))):
+            break
+        index, number = np.delete(index, worst + 1), np.delete(number, worst + 1)
+    return index, number
+
+
+def _judge(turns: Turns, longest_gap: int) -> None:
+    if turns.count < LEAST_TURNS:
+        raise SignalRefused(
+            f"{turns.count} turns in step; {LEAST_TURNS} are the least: record for longer, or check the key-phasor",
+            code="too_short" if turns.extra <= 1 else "tacho",
+        )
+    repaired = turns.missed + turns.extra
+    if repaired > max(1.0, MOST_REPAIRED * turns.count) or longest_gap > LONGEST_GAP:
+        raise SignalRefused(
+            f"{turns.missed} key-phasor edges missed (up to {longest_gap} in a row) and {turns.extra} too many in "
+            f"{turns.count} turns; at most {MOST_REPAIRED:.0%} and {LONGEST_GAP} in a row can be repaired: check the "
+            "gap, the mark (one to a turn) and the threshold",
+            code="tacho",
+        )
+
+
+def _slopes(t: Floats, y: Floats) -> Floats:
+    """Slope at each knot of the parabola through it and its neighbours, at the ends through the nearest three."""
+    h, d = np.diff(t), np.diff(y) / np.diff(t)
+    inner = (d[:-1] * h[1:] + d[1:] * h[:-1]) / (h[:-1] + h[1:])
+    first = d[0] + (d[0] - d[1]) * h[0] / (h[0] + h[1])
+    last = d[-1] + (d[-1] - d[-2]) * h[-1] / (h[-1] + h[-2])
+    return np.concatenate([[first], inner, [last]])
