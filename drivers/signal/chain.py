@@ -21,7 +21,7 @@ from drivers.sensing import PER_PEAK, PER_UNIT
 from drivers.signal.block import Block, Channel, Floats
 from drivers.signal.broadband import band_rms, usual_band
 from drivers.signal.integrity import bridged, integrity_of
-from drivers.signal.neighbours import Neighbour, neighbour_of, tone_in
+from drivers.signal.neighbours import Neighbour, neighbour_of
 from drivers.signal.orders import Complexes, Course, basis_of, fit_orders, turned
 from drivers.signal.scatter import scatter_of
 from drivers.signal.turns import Turns, turns_of
@@ -203,17 +203,14 @@ def _measure(channel: Channel, samples: Floats, rate: float, grid: _Grid, settin
     power = DERIVATIVE[channel.quantity] - DERIVATIVE[channel.raw_quantity]
     scale = PER_UNIT[channel.raw_quantity][channel.raw_unit] / PER_UNIT[channel.quantity][channel.unit]
     filled = scale * bridged(raw, state.lost)
-    _check_size(float(np.abs(filled).max()))
+    _check_size(float(np.abs(filled).max()) / scale)
     values = filled * grid.course.speed**power
     weights = np.where(state.lost, 0.0, grid.weights)
     fitted, coefficients = fit_orders(grid.basis, weights, values)
     vectors = turned(fitted, power) * PER_PEAK[channel.detection]
     speed_rpm = float(weights @ grid.course.speed / weights.sum()) * 60.0 / math.tau
     rest = np.where(state.lost, 0.0, values - coefficients @ grid.basis)
-    tone = neighbour_of(grid.course, rest)
-    beside = values
-    if tone is not None and _resolved(tone, grid, settings):
-        beside = values - tone_in(grid.course, rest, weights, tone)  # the taper keeps it out of the block's vector
+    tone, beside = _without_neighbour(values, rest, weights, grid, settings)
     deviation = scatter_of(grid.course, grid.basis, beside, weights)
     neighbour = _stated(tone, power, PER_PEAK[channel.detection])
     band = settings.band_hz or usual_band(speed_rpm, rate)
@@ -249,7 +246,7 @@ def _check_samples(clipped: int, lost: float, settings: Settings) -> None:
 def _check_size(greatest: float) -> None:
     if not greatest <= GREATEST:
         raise SignalRefused(
-            f"{greatest:.3g} in the reading's unit; {GREATEST:g} is the most: check the raw unit and the scale",
+            f"{greatest:.3g} in the raw or the stated unit; {GREATEST:g} is the most: check the unit and the scale",
             code="numbers",
         )
 
@@ -262,6 +259,17 @@ def _components(vectors: Complexes, phase_sense: str) -> tuple[Component, ...]:
         Component(order, float(abs(vector)), float(phase))
         for order, (vector, phase) in enumerate(zip(vectors, phases, strict=True), start=1)
     )
+
+
+def _without_neighbour(
+    values: Floats, rest: Floats, weights: Floats, grid: _Grid, settings: Settings
+) -> tuple[Neighbour | None, Floats]:
+    """Neighbour, if there is one, and the values without it where the taper keeps it out of the block's vector too."""
+    found = neighbour_of(grid.course, rest, weights)
+    if found is None:
+        return None, values
+    tone, samples = found
+    return tone, values - samples if _resolved(tone, grid, settings) else values
 
 
 def _stated(neighbour: Neighbour | None, power: int, per_peak: float) -> Neighbour | None:

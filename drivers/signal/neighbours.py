@@ -27,11 +27,12 @@ class Neighbour:
     amplitude: float
 
 
-def neighbour_of(course: Course, rest: Floats) -> Neighbour | None:
+def neighbour_of(course: Course, rest: Floats, weights: Floats) -> tuple[Neighbour, Floats] | None:
     """Look for a tone of constant frequency in the rest (n,) that the orders leave; None where nothing stands out.
 
     The rest is averaged over pieces of a sixteenth of a turn and its Hann-tapered spectrum taken; between the lines the
-    peak is that of a parabola through the logarithms of the three greatest.
+    peak is that of a parabola through the logarithms of the three greatest. Returns the tone, its size fitted under
+    weights (n,), and its samples (n,).
     """
     step = max(1, len(rest) // (PER_PERIOD * course.turns))
     count = len(rest) // step
@@ -46,26 +47,26 @@ def neighbour_of(course: Course, rest: Floats) -> Neighbour | None:
     best = first + int(np.argmax(np.where(one_x, 0.0, near)))
     if not lines[best] > ABOVE_FLOOR * floor:
         return None
-    place, height = _peak(lines, best)
-    order = place / per_order
-    return Neighbour(order, height / float(np.sinc(order * course.turns * step / len(rest))))
+    order = _peak(lines, best) / per_order
+    amplitude, samples = _fitted(course, rest, weights, order)
+    return Neighbour(order, amplitude), samples
 
 
-def tone_in(course: Course, rest: Floats, weights: Floats, tone: Neighbour) -> Floats:
-    """Samples (n,) of the tone in the rest (n,): cosine and sine of its frequency, each with a straight trend."""
-    angle = math.tau * tone.order * course.turns * np.linspace(0.0, 1.0, len(rest))
+def _fitted(course: Course, rest: Floats, weights: Floats, order: float) -> tuple[float, Floats]:
+    """Size and samples (n,) of the tone: cosine and sine of its frequency, each with a straight trend."""
+    angle = math.tau * order * course.turns * np.linspace(0.0, 1.0, len(rest))
     even, odd = np.cos(angle), np.sin(angle)
     trend = 2.0 * course.place - 1.0
     columns = np.stack([even, odd, trend * even, trend * odd])
     found = np.linalg.solve((columns * weights) @ columns.T, columns @ (weights * rest))
-    return np.asarray(found @ columns, float)
+    return math.hypot(found[0], found[1]), np.asarray(found @ columns, float)
 
 
-def _peak(lines: Floats, best: int) -> tuple[float, float]:
-    """Place and height of the peak at line `best`."""
+def _peak(lines: Floats, best: int) -> float:
+    """Place of the peak at line `best`."""
     if not 0 < best < len(lines) - 1 or lines[best - 1 : best + 2].min() <= 0.0:
-        return float(best), float(lines[best])
+        return float(best)
     left, middle, right = np.log(lines[best - 1 : best + 2])
     bend = left - 2.0 * middle + right
     shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
-    return best + float(shift), math.exp(middle - 0.25 * (left - right) * shift)
+    return best + float(shift)

@@ -41,13 +41,14 @@ class Course:
 
 def basis_of(course: Course, orders: int) -> Floats:
     """Rows (2 + 2 orders, n): 1, u, then cosine and sine of each order."""
-    kernel = np.exp(1j * course.angle)
-    rows = [np.ones_like(course.angle), 2.0 * course.place - 1.0]
-    power = np.ones_like(kernel)
-    for _ in range(orders):
-        power = power * kernel
-        rows += [power.real, power.imag]
-    return np.stack(rows)
+    rows = np.empty((2 + 2 * orders, len(course.angle)))
+    rows[0], rows[1] = 1.0, 2.0 * course.place - 1.0
+    rows[2], rows[3] = np.cos(course.angle), np.sin(course.angle)
+    for row in range(4, len(rows), 2):  # one turn on from the order before; faster than a cosine for each
+        before, odd_before = rows[row - 2], rows[row - 1]
+        rows[row] = before * rows[2] - odd_before * rows[3]
+        rows[row + 1] = odd_before * rows[2] + before * rows[3]
+    return rows
 
 
 def fit_orders(basis: Floats, weights: Floats, values: Floats) -> tuple[Complexes, Floats]:

@@ -81,7 +81,7 @@ def turns_of(edges_s: Floats) -> Turns:
         for start in range(min(3, len(gaps)))
         for few in (7, len(gaps))
     ]
-    index, numbers = _without_strays(edges_s, *max(walks, key=lambda walk: len(walk[0])))
+    index, numbers = _without_strays(edges_s, *min(walks, key=lambda walk: _repairs(edges_s, walk)))
     missing = np.diff(numbers) - 1.0
     turns = Turns(edges_s[index], numbers - numbers[0], int(missing.sum()), len(edges_s) - len(index))
     _judge(turns, int(missing.max(initial=0)))
@@ -99,6 +99,12 @@ def _walk(edges: Floats, start: int, period: float) -> tuple[list[int], list[int
             kept.append(index)
             numbers.append(numbers[-1] + whole)
     return kept, numbers
+
+
+def _repairs(edges: Floats, walk: tuple[list[int], list[int]]) -> int:
+    """Edges missed and left out on a walk."""
+    kept, numbers = walk
+    return (numbers[-1] + 1 - len(kept)) + (len(edges) - len(kept))
 
 
 def _without_strays(edges: Floats, kept: list[int], numbers: list[int]) -> tuple[NDArray[np.intp], Floats]:

@@ -29,9 +29,12 @@ COSINES: dict[Window, tuple[float, ...]] = {
 def taper(window: Window, place: Floats) -> Floats:
     """Weights (n,) at places (n,) within the block, from 0 at its start to 1 at its end."""
     require(window in COSINES, f"window {window!r}", f"be one of {', '.join(COSINES)}")
-    out = np.zeros_like(place)
-    for k, size in enumerate(COSINES[window]):
-        out += (-1.0) ** k * size * np.cos(math.tau * k * place)
+    cosine = -np.cos(math.tau * place)
+    out = np.full_like(place, COSINES[window][0])
+    before, now = np.ones_like(place), cosine
+    for size in COSINES[window][1:]:  # (-1)^k cos(2 pi k u), each from the two before: Chebyshev's recurrence
+        out += size * now
+        before, now = now, 2.0 * cosine * now - before
     return out
 
 

@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from drivers.errors import InvalidSetting, SignalRefused
 from drivers.signal.block import Block, Channel
 from drivers.signal.chain import Measured, Refusal, Settings, measure
+from drivers.signal.windows import Window, half_width, taper
 from tests.drivers.signal.analytic import Tone, apart, measured, refused, vector, with_samples
 
-few = settings(max_examples=25)
+few = settings(max_examples=25, deadline=None)
 SIGNAL_TO_NOISE_DB = 40.0
 DRIFTS = (-0.03, 0.0, 0.03)
 
@@ -336,3 +337,23 @@ class TestRefusals:
         ):
             with pytest.raises(InvalidSetting):
                 replace(good, **change)
+
+
+class TestTapers:
+    """The tapers themselves, against their published form and side lobes (Harris 1978, table 1)."""
+
+    @pytest.mark.parametrize(
+        ("window", "side_lobe_db"), [("rectangular", -13.0), ("hann", -31.0), ("blackman_harris", -92.0)]
+    )
+    def test_side_lobes(self, window: Window, side_lobe_db: float) -> None:
+        n = 1000
+        weights = taper(window, (np.arange(n) + 0.5) / n)
+        lines = np.abs(np.fft.rfft(weights, 16 * n)) / weights.sum()
+        beyond = lines[16 * half_width(window) :]
+        assert 20.0 * math.log10(float(beyond.max())) == pytest.approx(side_lobe_db, abs=0.6)
+
+    def test_the_cosines(self) -> None:
+        place = np.linspace(0.0, 1.0, 101)
+        angle = math.tau * place
+        expected = 0.35875 - 0.48829 * np.cos(angle) + 0.14128 * np.cos(2.0 * angle) - 0.01168 * np.cos(3.0 * angle)
+        assert np.abs(taper("blackman_harris", place) - expected).max() <= 1e-12

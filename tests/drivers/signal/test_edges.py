@@ -25,7 +25,7 @@ def pulses(times: Floats, width_s: float, seconds: float, rate: float = RATE, hi
 
 class TestFindEdges:
     @given(st.floats(3.0, 20.0), st.floats(0.0, 0.04), st.floats(0.1, 0.6))
-    @settings(max_examples=30)
+    @settings(max_examples=30, deadline=None)
     def test_steps_are_found_within_half_a_sample(self, hz: float, first: float, duty: float) -> None:
         times = first + np.arange(1, int(3.0 * hz)) / hz
         times = times[times < 2.9]
@@ -82,7 +82,7 @@ class TestFindEdges:
             find_edges(np.array([0.0, 1.0, 0.0]), **({"sample_rate_hz": RATE} | wrong))  # type: ignore[arg-type]
 
     @given(st.lists(st.floats(allow_nan=True, allow_infinity=False, width=32), max_size=60))
-    @settings(max_examples=100)
+    @settings(max_examples=100, deadline=None)
     def test_any_signal_gives_increasing_edges_or_a_refusal(self, values: list[float]) -> None:
         try:
             found = find_edges(np.array(values, float), RATE)

@@ -49,7 +49,7 @@ class TestClipping:
         assert refused(replace(with_samples(block, steps), channels=(channel,))).code == "clipped"
 
     @given(st.integers(8, 24), st.floats(0.01, 1.0), st.sampled_from([None, 60.0, 40.0, 20.0]))
-    @settings(max_examples=40)
+    @settings(max_examples=40, deadline=None)
     def test_a_converter_of_any_fineness_is_not_taken_for_clipping(
         self, bits: int, share: float, snr_db: float | None
     ) -> None:

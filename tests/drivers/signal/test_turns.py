@@ -29,13 +29,13 @@ class TestCounting:
         assert (turns.count, turns.missed, turns.extra) == (40, 0, 0)
 
     @given(st.sets(st.integers(1, 39), min_size=1, max_size=3))
-    @settings(max_examples=40)
+    @settings(max_examples=40, deadline=None)
     def test_missed_edges_are_counted_over(self, lost: set[int]) -> None:
         turns = turns_of(np.delete(STEADY, sorted(lost)))
         assert (turns.count, turns.missed, turns.extra) == (40, len(lost), 0)
 
     @given(st.sets(st.integers(0, 39), min_size=1, max_size=3), st.floats(0.02, 0.86))
-    @settings(max_examples=40)
+    @settings(max_examples=40, deadline=None)
     def test_extra_edges_are_left_out(self, turn: set[int], after: float) -> None:
         """Bounces just after the mark, sparks anywhere within the turn."""
         more = STEADY[sorted(turn)] + after / 7.7
@@ -88,7 +88,7 @@ class TestRefusals:
             turns_of(np.array(times))
 
     @given(st.lists(st.floats(0.0, 10.0), max_size=40))
-    @settings(max_examples=100)
+    @settings(max_examples=100, deadline=None)
     def test_any_times_are_counted_or_refused(self, times: list[float]) -> None:
         try:
             turns = turns_of(np.array(times))
@@ -99,7 +99,7 @@ class TestRefusals:
 
 class TestAngle:
     @given(st.floats(-0.2, 0.2), st.sets(st.integers(1, 18), max_size=2))
-    @settings(max_examples=40)
+    @settings(max_examples=40, deadline=None)
     def test_an_even_acceleration_is_followed_exactly_even_over_missed_edges(
         self, drift: float, lost: set[int]
     ) -> None:
