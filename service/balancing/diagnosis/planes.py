@@ -11,6 +11,7 @@ from service.balancing.diagnosis.findings import Finding
 from service.balancing.fit import KNOWN_SCATTER, InfluenceFit, RunSet
 from service.balancing.labels import listed
 from service.balancing.phasors import ComplexArray, FloatArray
+from service.balancing.uncertainty import f_quantile
 
 # A coefficient less than this many standard deviations long is easily wrong by 20 % or 11 degrees.
 _SEEN = 5.0
@@ -178,7 +179,7 @@ def _in_noise(fit: InfluenceFit, correction: Correction) -> list[Finding]:
         return []
     dof = int(fit.scatter_dof[fit.scatter_dof > 0].min())
     masses = correction.masses[planes]
-    limit = _f_quantile(dof)
+    limit = f_quantile(dof, 0.95)
     # A quadratic form is at least the square of the length over the trace, and a joint one at least each of its parts.
     least = np.abs(masses) ** 2 / spread.diagonal().reshape(-1, 2).sum(axis=1)[planes]
     if least.min() > 2.0 * limit and least.max() > 2.0 * len(masses) * _hotelling(2 * len(masses), dof):
@@ -218,10 +219,3 @@ def _hotelling(components: int, dof: int) -> float:
     if dof >= KNOWN_SCATTER:
         return float(chdtri(components, 0.02)) / components
     return float(fdtri(components, dof, 0.98))
-
-
-def _f_quantile(dof: int) -> float:
-    """95 % quantile of F(2, dof); exact closed form."""
-    if dof >= KNOWN_SCATTER:
-        return float(-np.log(0.05))
-    return 0.5 * dof * (float(0.05 ** (-2.0 / dof)) - 1.0)
