@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +50,36 @@ def mass_interval(
     """Interval (low, high), each (P,) g, of the size of each plane's correction; nan where unknown."""
     spread = np.sqrt(covariance.diagonal().reshape(-1, 2).mean(axis=1))
     return amplitude_interval(masses, spread, np.full(len(masses), dof), confidence)
+
+
+def resampled_covariance(
+    fit: InfluenceFit, solve: Callable[[InfluenceFit], ComplexArray], rng: np.random.Generator, draws: int = 200
+) -> FloatArray:
+    """Covariance (2P, 2P) in g^2 of any correction, by solving `draws` fits drawn from the errors of this one.
+
+    For corrections without a derivative: minimax, limited masses, pieces from a stock. solve: masses (P,) of a fit.
+    Errors of a sensor are circular and normal. nan where the covariance of a sensor that counts is.
+    """
+    counted = np.isfinite(fit.initial)
+    spread = fit.covariance[counted]
+    size = 2 * fit.influence.shape[1]
+    if not np.isfinite(spread).all():
+        return np.full((size, size), np.nan)
+    values, axes = np.linalg.eigh(spread)
+    root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    answers = np.empty((draws, size))
+    for draw in answers:
+        error = (root @ _circular(rng, spread.shape[:2])[:, :, None])[:, :, 0]
+        initial, influence = fit.initial.copy(), fit.influence.copy()
+        initial[counted] += error[:, 0]
+        influence[counted] += error[:, 1:]
+        masses = solve(replace(fit, initial=initial, influence=influence))
+        draw[::2], draw[1::2] = masses.real, masses.imag
+    return np.atleast_2d(np.cov(answers.T))
+
+
+def _circular(rng: np.random.Generator, shape: tuple[int, ...]) -> ComplexArray:
+    return np.asarray(rng.standard_normal(shape) + 1j * rng.standard_normal(shape))
 
 
 def f_quantile(dof: int, confidence: float) -> float:

@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 
 from drivers.drum import FittedMass, Scatter, true_readings
-from service.balancing.corrections import least_squares
+from service.balancing.corrections import Wishes, least_squares, minimax
 from service.balancing.fit import KNOWN_SCATTER, InfluenceFit, amplitude_interval, fit_influence
 from service.balancing.phasors import ComplexArray
-from service.balancing.uncertainty import ellipses, mass_interval, placement_covariance, predict_fitted
+from service.balancing.uncertainty import (
+    ellipses,
+    mass_interval,
+    placement_covariance,
+    predict_fitted,
+    resampled_covariance,
+)
 from service.errors import NumericsError
 from tests.balancing.diagnosis.sessions import Session
 from tests.balancing.runs import measured, normal, trial_plan
@@ -98,3 +104,26 @@ def test_unknown_covariance_stays_unknown() -> None:
 def test_negative_tolerances_are_refused() -> None:
     with pytest.raises(NumericsError, match="not be negative"):
         placement_covariance(np.array([1.0 + 0j]), np.array([0]), 1, -1.0, 0.0)
+
+
+def test_resampling_agrees_with_the_derivative_where_there_is_one() -> None:
+    rng = np.random.default_rng(4)
+    A, v0 = normal(rng, 4, 2) / 50.0, normal(rng, 4)
+    fit = fit_influence(measured(A, v0, trial_plan(np.array([50.0, 50.0j])), scatter=0.01))
+    stated = least_squares(fit).covariance
+    drawn = resampled_covariance(fit, lambda one: least_squares(one).masses, rng, draws=1500)
+    scale = np.sqrt(np.outer(stated.diagonal(), stated.diagonal()))
+    assert (np.abs(drawn - stated) < 0.12 * scale).all()
+
+
+def test_resampling_serves_minimax_and_respects_its_limits() -> None:
+    rng = np.random.default_rng(6)
+    A, v0 = normal(rng, 4, 2) / 50.0, normal(rng, 4)
+    fit = fit_influence(measured(A, v0, trial_plan(np.array([50.0, 50.0j])), scatter=0.01))
+    assert np.isnan(minimax(fit).covariance).all()
+    free = resampled_covariance(fit, lambda one: minimax(one).masses, rng, draws=100)
+    limits = Wishes(max_mass=0.5 * np.abs(minimax(fit).masses))
+    held = resampled_covariance(fit, lambda one: minimax(one, None, limits).masses, rng, draws=100)
+    assert 0.0 < np.trace(held) < np.trace(free)
+    unstated = fit_influence(measured(A, v0, trial_plan(np.array([50.0, 50.0j]))))
+    assert np.isnan(resampled_covariance(unstated, lambda one: minimax(one).masses, rng, draws=2)).all()
