@@ -172,7 +172,10 @@ def _correction(
 def usable(fit: InfluenceFit, weights: FloatArray | None) -> tuple[NDArray[np.bool_], FloatArray]:
     """Mask (S,) of the sensors that take part, and their weights."""
     sensors = len(fit.initial)
-    w = np.ones(sensors) if weights is None else np.asarray(weights, dtype=np.float64)
+    if weights is None:
+        seen = np.isfinite(fit.initial)
+        return seen, np.ones(int(seen.sum()))
+    w = np.asarray(weights, dtype=np.float64)
     if w.shape != (sensors,) or not np.isfinite(w).all() or (w < 0.0).any() or not (w > 0.0).any():
         raise NumericsError(
             f"weights must be {sensors} finite numbers >= 0, not all zero; got {w.tolist()}",

@@ -204,7 +204,7 @@ def _refuted(chi_square: FloatArray, dof: IntArray) -> NDArray[np.bool_]:
         return np.zeros(chi_square.shape, dtype=bool)
     from scipy.special import chdtrc
 
-    return (dof > 0) & (chdtrc(np.maximum(dof, 1), np.nan_to_num(chi_square)) < _SCATTER_REFUTED)
+    return (dof > 0) & (chdtrc(np.maximum(dof, 1), chi_square) < _SCATTER_REFUTED)
 
 
 def _validate(runs: RunSet) -> None:
@@ -240,7 +240,7 @@ def _validate(runs: RunSet) -> None:
             field="vibration",
             advice="Correct that reading, or leave it out.",
         )
-    if not np.nan_to_num(vibration).any():
+    if not (np.abs(vibration) > 0.0).any():
         raise NumericsError(
             "all readings are zero or missing",
             code="all_readings_zero",

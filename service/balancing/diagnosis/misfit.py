@@ -67,7 +67,8 @@ def misfit_of(runs: RunSet, fit: InfluenceFit) -> Misfit:
 
     stated = np.isfinite(fit.chi_square)
     variance = np.where(present & (runs.scatter > 0.0), runs.scatter, 0.0) ** 2 + (REPEATABILITY * size) ** 2
-    score = np.where(stated, error / np.where(np.isfinite(variance), variance * safe, 1.0), 0.0)
+    usable = stated & np.isfinite(variance) & (variance > 0.0)
+    score = np.where(usable, error / np.where(usable, variance * safe, 1.0), 0.0)
     dof = np.where(stated, fit.dof, 0)
     total = float((score * safe)[:, stated].sum())
     left = fit.dof - 2

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from service.balancing.diagnosis.findings import Circumstances, Finding
 from service.balancing.diagnosis.misfit import Misfit, improbable, misfit_of, worst_miss
 from service.balancing.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.labels import listed
+from service.balancing.phasors import IntArray
 
 # Two readings of one state this many standard deviations apart contradict each other.
 _APART = 6.0
@@ -35,10 +38,16 @@ def examine(runs: RunSet, fit: InfluenceFit, known: Circumstances) -> list[Findi
     return found + ([mirrored] if mirrored else _misfits(runs, misfit, known))
 
 
+@lru_cache(maxsize=16)
+def _pairs(count: int) -> tuple[IntArray, IntArray]:
+    first, second = np.triu_indices(count, 1)
+    return first, second
+
+
 def _contradictions(runs: RunSet) -> list[Finding]:
     """Pairs of runs with the same masses and different readings."""
     tolerance = 1e-6 * np.abs(runs.masses).max()
-    first, second = np.triu_indices(len(runs.masses), 1)
+    first, second = _pairs(len(runs.masses))
     same = (np.abs(runs.masses[first] - runs.masses[second]) <= tolerance).all(axis=1)
     if not same.any():
         return []
