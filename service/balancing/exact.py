@@ -141,7 +141,7 @@ def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[Exac
     halves = yield from _halves(search, rung)
     complete = rung is None and all(h.complete for h in halves)
     ceiling = greatest(bounds)
-    level = _first_level(bounds, halves, min(search.record.cap, ceiling))
+    level = yield from _first_level(search, bounds, halves, min(search.record.cap, ceiling))
     while True:
         level = min(level, search.record.cap * (1.0 + 2.0 * TIE), ceiling)
         region = ellipsoid(bounds, level)
@@ -211,7 +211,9 @@ def _shadow(region: Ellipsoid, p: int) -> tuple[complex, tuple[complex, complex]
     return complex(*region.centre[own]), ((x - 1j * y) / 2.0, (x + 1j * y) / 2.0)
 
 
-def _first_level(bounds: Bounds, halves: list[Halves], highest: float) -> float:
+def _first_level(
+    search: _Search, bounds: Bounds, halves: list[Halves], highest: float
+) -> Generator[ExactState, None, float]:
     """Level whose ellipsoid should hold a few joint selections, from the density of sums at the continuous optimum."""
     density = 0.0
     for half, u in zip(halves, bounds.continuous, strict=True):
@@ -220,6 +222,7 @@ def _first_level(bounds: Bounds, halves: list[Halves], highest: float) -> float:
     while above > 1.5 * too_low:
         middle = math.sqrt(above * too_low) if too_low > 0.0 else above / 4.0
         region = ellipsoid(bounds, bounds.floor + middle)
+        yield search.state()
         if region is None or density + _log_volume(region) < math.log(EXPECTED):
             too_low = middle
         else:
@@ -231,7 +234,7 @@ def _first_level(bounds: Bounds, halves: list[Halves], highest: float) -> float:
 
 def _density(half: Halves, centre: complex) -> float:
     """Estimate selections per g^2 near `centre`, the sums taken as normally distributed."""
-    parts = [half.first.vector, half.second.vector]
+    parts = [v[:: 1 + len(v) // 100_000] for v in (half.first.vector, half.second.vector)]
     mean = sum(complex(v.mean()) for v in parts)
     spread = sum(float(v.real.var() + v.imag.var()) / 2.0 for v in parts) + 1e-6
     return half.selections / (2.0 * math.pi * spread) * math.exp(-min(abs(centre - mean) ** 2 / (2.0 * spread), 12.0))

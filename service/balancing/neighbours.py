@@ -12,8 +12,8 @@ import numpy as np
 
 from service.balancing.phasors import ComplexArray, FloatArray, IntArray
 
-CHUNK = 400_000
-"""Pairs looked at between two stops; some ten milliseconds."""
+CHUNK = 60_000
+"""Pairs looked at between two stops: ten or twenty milliseconds with what callers do with them."""
 
 
 class Columns:

@@ -7,11 +7,12 @@ point, each half is paired with the halves that lie where the rest of the way en
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from service.balancing.neighbours import Columns
 from service.balancing.phasors import ComplexArray, FloatArray, IntArray
@@ -20,7 +21,7 @@ from service.balancing.selection import BoolArray, Piece, SelectionPlane, Stock
 
 EXTEND_CHUNK = 100_000
 """Halves extended between two stops."""
-SLAB = 300_000
+SLAB = 150_000
 """Halves sorted at a time."""
 OVERSHOOT = 4
 """How many times the allowed length a list may have before its limits are applied."""
@@ -210,32 +211,44 @@ def _gathered(placements: Placements, levels: list[IntArray], width: int) -> Gen
     return Sums(index, vector)
 
 
-def near(halves: Halves, centre: complex, shape: tuple[complex, complex], radius: float) -> Iterator[Sums]:
+def near(halves: Halves, centre: complex, shape: tuple[complex, complex], radius: float) -> Generator[Sums, None, None]:
     """Find selections whose sum u has |T(u - centre)| <= radius, T(z) = shape[0] z + shape[1] conj(z), in chunks.
 
     A chunk may be empty; it only marks a moment at which to stop.
     """
     first, second = halves.first, halves.second
     stop = Sums(first.index[:0], first.vector[:0])
-    ends = shape[0] * second.vector + shape[1] * np.conj(second.vector)
-    yield stop
-    wanted = (shape[0] * centre + shape[1] * np.conj(centre)) - (
-        ends if second is first else shape[0] * first.vector + shape[1] * np.conj(first.vector)
-    )
-    slabs = max(1, math.ceil(len(ends) / SLAB))
-    edges = np.array([-math.inf, *np.quantile(ends.real[::slabs], np.arange(1, slabs) / slabs), math.inf])
-    for low, high in pairwise(edges.tolist()):
-        yield stop
-        points, queries = np.arange(len(ends)), np.arange(len(wanted))
-        if slabs > 1:
-            points = np.flatnonzero((ends.real >= low) & (ends.real < high))
-            queries = np.flatnonzero((wanted.real >= low - radius) & (wanted.real <= high + radius))
+    ends = np.empty(len(second), dtype=np.complex128)
+    wanted = np.empty(len(first), dtype=np.complex128)
+    for target, vector, sign in ((ends, second.vector, 1.0), (wanted, first.vector, -1.0)):
+        shift = 0.0 if sign > 0.0 else shape[0] * centre + shape[1] * np.conj(centre)
+        for cut in range(0, len(vector), SLAB):
+            part = slice(cut, cut + SLAB)
+            target[part] = shift + sign * (shape[0] * vector[part] + shape[1] * np.conj(vector[part]))
+            yield stop
+    slabs = min(max(1, math.ceil(len(ends) / SLAB)), 250)
+    edges = np.quantile(ends.real[::slabs], np.arange(1, slabs) / slabs)
+    at = yield from _slabs(ends.real, edges, stop)
+    lowest = yield from _slabs(wanted.real - radius, edges, stop)
+    highest = yield from _slabs(wanted.real + radius, edges, stop)
+    for slab in range(slabs):
+        points = np.flatnonzero(at == slab)
+        queries = np.flatnonzero((lowest <= slab) & (highest >= slab))
         yield stop
         columns = Columns(ends[points], radius)
         for cut in range(0, len(queries), SLAB):
             some = queries[cut : cut + SLAB]
             for a, b in columns.pairs(wanted[some], np.full(len(some), radius)):
                 yield _joined(halves, some[a], points[b])
+
+
+def _slabs(x: FloatArray, edges: FloatArray, stop: Sums) -> Generator[Sums, None, NDArray[np.uint8]]:
+    """Return the number of the slab between `edges` that each x lies in."""
+    out = np.empty(len(x), dtype=np.uint8)
+    for cut in range(0, len(x), SLAB):
+        out[cut : cut + SLAB] = np.searchsorted(edges, x[cut : cut + SLAB], side="right")
+        yield stop
+    return out
 
 
 def _joined(halves: Halves, a: IntArray, b: IntArray) -> Sums:
