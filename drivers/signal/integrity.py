@@ -13,9 +13,9 @@ FLAT_TOP = 3
 """Equal samples in a row at the very top or bottom that make it flat."""
 FROZEN = 8
 """Equal samples in a row anywhere else that no signal from a shed shows."""
-STEP = 2.0
-"""Steps of the converter that a signal must jump at the end of a level stretch; a slow signal coarsely converted stays
-level too, but leaves by one step."""
+STEP = 8.0
+"""Steps of the converter that a signal must jump at the end of a level stretch. The top of a sine coarsely converted is
+level too: over 3 samples and more it leaves by fewer than 3 steps, and noise below 8 steps may repeat a value."""
 AT_FULL_SCALE = 0.999
 
 
@@ -31,7 +31,7 @@ def integrity_of(samples: Floats, full_scale: float | None = None) -> Integrity:
     """Inspect samples (n,), raw; NaN is lost. full_scale: greatest value the input can take, in the same unit.
 
     Clipped: at or above 99.9 % of the full scale; or 3 or more equal samples at the greatest or least value, left by
-    more than 2 steps of the converter. Lost: 8 or more equal samples elsewhere, left in the same way; all of them where
+    more than 8 steps of the converter. Lost: 8 or more equal samples elsewhere, left in the same way; all of them where
     the signal never moves.
     """
     lost = np.isnan(samples)
