@@ -126,6 +126,11 @@ class Store:
             found.update({(row.source, row.sequence): row for row in self._session.scalars(query)})
         return found
 
+    def highest_sequence(self, kind: type[ReadingRow | BalancerAnswerRow], source: str) -> int:
+        """The highest number stored of a source; -1 for none."""
+        highest = self._session.scalar(select(func.max(kind.sequence)).where(kind.source == source))
+        return -1 if highest is None else int(highest)
+
     def readings_between(self, source: str, machine_id: str, since: datetime, until: datetime) -> Sequence[ReadingRow]:
         """Readings of a source on a machine between two times, in order of sequence."""
         return self._session.scalars(

@@ -14,6 +14,7 @@ from drivers.reading import Reading
 from drivers.wire import readings_to_json
 
 PATH = "/api/v1/readings"
+ANSWERS_PATH = "/api/v1/balancer-answers"
 LATER = frozenset({408, 425, 429})
 """Client errors that say "not now" rather than "not this"."""
 DETAIL_CHARS = 500
@@ -47,7 +48,7 @@ class HttpOut:
         )
         require(batch_size >= 1, f"batch_size {batch_size}", "be 1 or more")
         require(timeout_s > 0.0, f"timeout_s {timeout_s}", "be > 0")
-        self._url = base_url.rstrip("/") + PATH
+        self._base_url = base_url.rstrip("/")
         self._batch_size = batch_size
         self._client = client or httpx2.Client(timeout=timeout_s)
 
@@ -74,19 +75,21 @@ class HttpOut:
         self.close()
 
     def _post_batch(self, batch: Sequence[Reading]) -> None:
-        body = readings_to_json(batch)
         what = f"{len(batch)} readings, sequences {batch[0].sequence} to {batch[-1].sequence},"
+        self.post_body(readings_to_json(batch), what)
+
+    def post_body(self, body: bytes, what: str, path: str = PATH) -> None:
+        """Post JSON that is written already; what: its name in an error. Raises as `post` does."""
+        url = self._base_url + path
         try:
-            response = self._client.post(self._url, content=body, headers={"content-type": "application/json"})
+            response = self._client.post(url, content=body, headers={"content-type": "application/json"})
         except (httpx2.HTTPError, httpx2.InvalidURL) as error:
             raise DeliveryFailed(
-                f"{what} did not reach {self._url} ({type(error).__name__}: {error}): is the service running there?"
+                f"{what} did not reach {url} ({type(error).__name__}: {error}): is the service running there?"
             ) from error
         if response.is_success:
             return
         status, detail = response.status_code, response.text[:DETAIL_CHARS]
         if status >= 500 or status in LATER:
-            raise DeliveryFailed(f"{what} were not taken by {self._url} now (status {status}): post them again later")
-        raise DeliveryRefused(
-            f"{what} were refused by {self._url} (status {status}): {detail}", status=status, detail=detail
-        )
+            raise DeliveryFailed(f"{what} were not taken by {url} now (status {status}): post them again later")
+        raise DeliveryRefused(f"{what} were refused by {url} (status {status}): {detail}", status=status, detail=detail)

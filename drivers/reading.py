@@ -58,3 +58,7 @@ class Answer:
     sequence: int
     taken_at: datetime
     masses: tuple[tuple[str, float, float], ...]
+
+
+Entry = Reading | Answer
+"""What a source has to say."""

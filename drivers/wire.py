@@ -1,28 +1,66 @@
-"""A reading as JSON: on the way to the service and in recordings."""
+"""Readings and answers as JSON: on the way to the service, in the spool and in recordings."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
 from datetime import UTC
 
 from drivers.errors import BrokenSource
-from drivers.reading import Reading
+from drivers.reading import Answer, Reading
+
+_OPTIONAL = ("phase_deg", "speed_rpm", "scatter", "overall_rms", "session_id")
+_encode = json.JSONEncoder(allow_nan=False, separators=(",", ":")).encode
 
 
 def reading_to_dict(reading: Reading) -> dict[str, object]:
     """Return the fields of a reading that are not None; taken_at as RFC 3339 in UTC with microseconds."""
-    moment = reading.taken_at.astimezone(UTC).isoformat(timespec="microseconds").replace("+00:00", "Z")
-    return {name: value for name, value in asdict(reading).items() if value is not None} | {"taken_at": moment}
+    found: dict[str, object] = {
+        "source": reading.source,
+        "sequence": reading.sequence,
+        "taken_at": reading.taken_at.astimezone(UTC).isoformat(timespec="microseconds").replace("+00:00", "Z"),
+        "sensor": reading.sensor,
+        "amplitude": reading.amplitude,
+    }
+    for name in _OPTIONAL:
+        value = getattr(reading, name)
+        if value is not None:
+            found[name] = value
+    return found
+
+
+def reading_to_json(reading: Reading) -> str:
+    """JSON object of a reading; raises `BrokenSource` for a NaN or infinite number, which JSON does not have."""
+    try:
+        return _encode(reading_to_dict(reading))
+    except ValueError as error:
+        raise _not_finite(reading.source, reading.sequence, reading.sequence) from error
 
 
 def readings_to_json(readings: Sequence[Reading]) -> bytes:
     """JSON list of readings, UTF-8; raises `BrokenSource` for a NaN or infinite number, which JSON does not have."""
     try:
-        return json.dumps([reading_to_dict(one) for one in readings], allow_nan=False).encode()
+        return _encode([reading_to_dict(one) for one in readings]).encode()
     except ValueError as error:
-        raise BrokenSource(
-            f"a reading of {readings[0].source!r}, sequences {readings[0].sequence} to {readings[-1].sequence}, holds "
-            "a NaN or infinite number: a source gives None for what it does not know"
-        ) from error
+        raise _not_finite(readings[0].source, readings[0].sequence, readings[-1].sequence) from error
+
+
+def answer_to_json(answer: Answer) -> str:
+    """JSON object of a balancer's answer, as the service takes it."""
+    body = {
+        "source": answer.source,
+        "sequence": answer.sequence,
+        "taken_at": answer.taken_at.astimezone(UTC).isoformat(timespec="microseconds").replace("+00:00", "Z"),
+        "masses": [{"plane": plane, "mass_g": mass, "angle_deg": angle} for plane, mass, angle in answer.masses],
+    }
+    try:
+        return _encode(body)
+    except ValueError as error:
+        raise _not_finite(answer.source, answer.sequence, answer.sequence) from error
+
+
+def _not_finite(source: str, first: int, last: int) -> BrokenSource:
+    return BrokenSource(
+        f"a reading of {source!r}, sequences {first} to {last}, holds a NaN or infinite number: a source gives None "
+        "for what it does not know"
+    )

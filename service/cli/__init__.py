@@ -69,11 +69,22 @@ def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
     database_url: DatabaseUrl = None,
+    can: canbus.Bus = "",
+    mapping: canbus.MappingFile = None,
+    source: Annotated[str, typer.Option(help="Name of the source that is read from the bus.")] = "can",
+    sensors: canbus.Sensors = "P,Q",
+    planes: canbus.Planes = "1,2",
+    j1939: canbus.J1939 = False,
 ) -> None:
-    """Serve the API; an empty or older SQLite file is migrated first."""
+    """Serve the API; an empty or older SQLite file is migrated first. With --can, read a balancer's bus as well."""
     from service.cli.serving import serve_until_stopped
 
-    serve_until_stopped(host, port, database_url)
+    bus = None
+    if can:
+        from service.cli.bridging import bus_choice
+
+        bus = bus_choice(can, mapping, sensors, planes, j1939=j1939)
+    serve_until_stopped(host, port, database_url, bus, source)
 
 
 @app.command()
@@ -122,3 +133,38 @@ def simulate(
     out = out_to_http(url) if to == "http" else out_to_can(can, mapping, j1939=j1939)
     registered = to == "http" if register is None else register
     simulate_until_stopped(url if registered else None, out, control, source, seed, interval, rounds)
+
+
+@app.command()
+def bridge(
+    url: Annotated[str, typer.Option(help="Service to send the readings to.")] = "http://127.0.0.1:8000",
+    can: canbus.Bus = "",
+    mapping: canbus.MappingFile = None,
+    source: Annotated[str, typer.Option(help="Name of the source; bind it to a machine at the service.")] = "can",
+    sensors: canbus.Sensors = "P,Q",
+    planes: canbus.Planes = "1,2",
+    j1939: canbus.J1939 = False,
+    simulated: Annotated[bool, typer.Option("--simulated", help="Read a simulated drum instead of a bus.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Which simulated drum.")] = 1,
+    interval: Annotated[float, typer.Option(min=0.0001, help="Seconds between its readings.")] = 1.0,
+    spool: Annotated[Path | None, typer.Option(dir_okay=False, help="File that keeps what waits.")] = None,
+    max_spool_mb: Annotated[int, typer.Option(min=1, help="Most megabytes of it; the oldest readings are kept.")] = 256,
+    status: Annotated[float, typer.Option(min=0.1, help="Seconds between status lines.")] = 10.0,
+    send_again: Annotated[bool, typer.Option("--send-again", help="First send what was set aside before.")] = False,
+) -> None:
+    """Carry a balancer's readings from a CAN bus to a service, keeping them on disk until the service has them."""
+    if bool(can) == simulated:
+        raise typer.BadParameter("name a bus, or --simulated", param_hint="--can")
+    from service.cli.bridging import bridge_until_stopped, bus_choice
+
+    bridge_until_stopped(
+        bus_choice(can, mapping, sensors, planes, j1939=j1939) if can else None,
+        url=url,
+        source=source,
+        spool=spool,
+        max_bytes=max_spool_mb * 1024 * 1024,
+        seed=seed,
+        interval_s=interval,
+        status_s=status,
+        send_again=send_again,
+    )

@@ -2,28 +2,56 @@
 
 from __future__ import annotations
 
+import signal
 import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import uvicorn
 
+from service import bootstrap
 from service.app import create_app
 from service.errors import Conflict
 from service.settings import Settings
+from service.usecases.work import Work
+
+if TYPE_CHECKING:
+    from service.cli.bridging import BusChoice
 
 GRACE_S = 3
 """How long a stop waits for requests under way."""
 
 
-def serve_until_stopped(host: str, port: int, database_url: str | None) -> None:
-    """Listen until SIGINT or SIGTERM. Raises Conflict for an address that is taken or a schema out of date."""
+def serve_until_stopped(
+    host: str, port: int, database_url: str | None, bus: BusChoice | None = None, source: str = "can"
+) -> None:
+    """Listen until SIGINT or SIGTERM, on a CAN bus too if one is named.
+
+    Raises Conflict for an address that is taken or a schema out of date, `BusUnavailable` for a bus that cannot be had.
+    """
     settings = Settings.from_environment(database_url=database_url)
+    # uvicorn hands the signal on once it has stopped; by default that would end the process before its blocks end.
+    signal.signal(signal.SIGTERM, _end)
     with _listening(host, port) as listener:
         address = listener.getsockname()
         print(f"Drumtrue on http://{address[0]}:{address[1]} (API document: /docs), sessions in {settings.shown}")
-        _server(settings, "info").run(sockets=[listener])
+        if bus is None:
+            _server(settings, "info").run(sockets=[listener])
+            return
+        from service.cli.bridging import listening
+
+        work = bootstrap.build_work(settings)
+        try:
+            with listening(work, bus, source):
+                _server(settings, "info", work).run(sockets=[listener])
+        finally:
+            work.database.close()
+
+
+def _end(_number: int, _frame: object) -> None:
+    raise SystemExit(0)
 
 
 @contextmanager
@@ -41,9 +69,11 @@ def serving(settings: Settings) -> Iterator[str]:
             thread.join(GRACE_S + 5)
 
 
-def _server(settings: Settings, log_level: str) -> uvicorn.Server:
+def _server(settings: Settings, log_level: str, work: Work | None = None) -> uvicorn.Server:
     return uvicorn.Server(
-        uvicorn.Config(create_app(settings), log_level=log_level, access_log=False, timeout_graceful_shutdown=GRACE_S)
+        uvicorn.Config(
+            create_app(settings, work), log_level=log_level, access_log=False, timeout_graceful_shutdown=GRACE_S
+        )
     )
 
 

@@ -98,6 +98,12 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
         return Receipt(accepted=accepted, duplicates=len(readings) - accepted)
 
 
+def highest_sequence(work: Work, source: str) -> int:
+    """The highest number stored of a source, of readings or answers; -1 for none."""
+    with work.database.read() as store:
+        return max(store.highest_sequence(ReadingRow, source), store.highest_sequence(BalancerAnswerRow, source))
+
+
 def ingest_answer(work: Work, answer: BalancerAnswer) -> StoredAnswer:
     """Store a balancer's answer once. Raises as `ingest` does."""
     with work.database.write() as store:

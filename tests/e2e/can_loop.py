@@ -1,0 +1,114 @@
+"""The whole way of a balancing job over CAN, run inside a network namespace: prints what came of it as JSON."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import sys
+import time
+from collections.abc import Callable
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import httpx2
+
+from drivers.example import threshing_drum_example
+from service.cli.hardware import catalogue_of, machine_of
+from tests.e2e.processes import Process, serve
+
+SEED = 5
+PORT, CONTROL = 8000, 8100
+PER_RUN = 16
+TRIAL_G = 200.0
+
+
+def main(folder: Path, how: str) -> None:
+    """how: `bridge` carries the readings over HTTP, `listen` lets the service read the bus itself."""
+    listening = ("--can", "udp_multicast", "--source", "can") if how == "listen" else ()
+    database = folder / "drumtrue.db"
+    processes = [serve(database, PORT, *listening)]
+    try:
+        if how == "bridge":
+            spool = str(folder / "spool.db")
+            bridge = Process("bridge", "--can", "udp_multicast", "--spool", spool, "--status", "0.5")
+            bridge.wait_for("bridge: ")
+            processes.append(bridge)
+        drum = Process(
+            *("simulate", "--to", "can", "--control", f"127.0.0.1:{CONTROL}", "--seed", str(SEED), "--interval", "0.02")
+        )
+        processes.append(drum)
+        drum.wait_for("posted")
+        result = balance(
+            httpx2.Client(base_url=f"http://127.0.0.1:{PORT}/api/v1", trust_env=False, timeout=60.0), database
+        )
+        result["statuses"] = [process.stop() for process in reversed(processes)]
+        result["lines"] = processes[1].lines[-3:]
+        print(json.dumps(result))
+    finally:
+        for process in processes:
+            if process.popen.poll() is None:
+                process.kill()
+
+
+def balance(api: httpx2.Client, database: Path) -> dict[str, Any]:
+    """Initial run, trial runs, correction, plan, masses bolted on, check run."""
+    spec = threshing_drum_example(SEED)
+    machine = told(api.post("/machines", json=machine_of(spec, "drum")))
+    box = told(api.post("/catalogues", json=catalogue_of("box")))
+    told(api.put("/sources/can", json={"machine_id": machine["id"]}))
+    session = told(api.post("/sessions", json={"machine_id": machine["id"], "catalogue_id": box["id"]}))["id"]
+    run(api, database, session, "initial", [])
+    for plane in spec.planes:
+        run(api, database, session, "trial", [{"plane": plane.name, "mass_g": TRIAL_G, "angle_deg": 0.0}])
+    correction = told(api.post(f"/sessions/{session}/corrections", json={"source": "fit"}))
+    request = {"correction_id": correction["id"], "objective": "residual_vibration", "seed": 1}
+    plan = told(api.post(f"/sessions/{session}/plans", json=request))
+    fitted = told(api.post(f"/plans/{plan['id']}/fitted", json={}))["fitted"]
+    pieces = [{"plane": p["plane"], "mass_g": p["mass_g"], "angle_deg": p["position_deg"]} for p in fitted]
+    run(api, database, session, "check", pieces)
+    report = told(api.get(f"/sessions/{session}/report.json"))
+    return {
+        "pieces": pieces,
+        "reductions": [line["reduction"] for line in report["before_after"]],
+        "plan": plan["status"],
+    }
+
+
+def run(api: httpx2.Client, database: Path, session: str, kind: str, masses: list[dict[str, Any]]) -> None:
+    """Bolt on, let the drum run, and take the run from what came over the bus meanwhile."""
+    told(httpx2.put(f"http://127.0.0.1:{CONTROL}/masses", json=masses, trust_env=False))
+    begun = datetime.now(UTC)
+    time.sleep(0.02 * PER_RUN)
+    ended = datetime.now(UTC)
+    take = {"source": "can", "from": begun.isoformat(), "to": ended.isoformat()}
+    body = {"kind": kind, "masses": masses, "take": take}
+    # The drum goes on: once a later reading is stored, all of this run are.
+    until(lambda: newest(database) > f"{ended:%Y-%m-%d %H:%M:%S.%f}")
+    told(api.post(f"/sessions/{session}/runs", json=body))
+
+
+def newest(database: Path) -> str:
+    """When the newest stored reading was taken."""
+    with closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True)) as connection:
+        (moment,) = connection.execute("SELECT max(taken_at) FROM reading").fetchone()
+    return moment or ""
+
+
+def until(holds: Callable[[], bool], seconds: float = 20.0) -> None:
+    """Wait for something to hold."""
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.02)
+
+
+def told(answer: httpx2.Response) -> Any:
+    """The body of a success."""
+    assert answer.is_success, f"{answer.request.url}: {answer.text}"
+    return answer.json()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2])
