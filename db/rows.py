@@ -8,6 +8,7 @@ from sqlalchemy import BigInteger, ForeignKey, Index, Integer, MetaData, String,
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from db.documents.correction import Correction
+from db.documents.influence import LearnedInfluence
 from db.documents.machine import CatalogueItem, Machine
 from db.documents.plan import Plan
 from db.documents.run import MassOnRotor, Run, RunOut
@@ -113,6 +114,20 @@ class CorrectionRow(Base):
     session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
     number: Mapped[int]
     correction: Mapped[Correction] = mapped_column(Document(Correction))
+
+
+class InfluenceRow(Base):
+    """What a machine's influence coefficients were after a session; nothing here is ever changed."""
+
+    __tablename__ = "influence"
+    __table_args__ = (Index(None, "machine_id", "learned_at"), UniqueConstraint("session_id"))
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
+    session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
+    machine_type: Mapped[str | None] = mapped_column(String(100), index=True)
+    learned_at: Mapped[datetime] = mapped_column(UtcTime)
+    learned: Mapped[LearnedInfluence] = mapped_column(Document(LearnedInfluence))
 
 
 class PlanRow(Base):

@@ -15,6 +15,7 @@ from db.rows import (
     Base,
     CatalogueRow,
     CorrectionRow,
+    InfluenceRow,
     MachineRow,
     PlanRow,
     ReadingRow,
@@ -106,6 +107,23 @@ class Store:
     def plans(self, session_id: str) -> Sequence[PlanRow]:
         """Plans of a session, in order."""
         return self._numbered(PlanRow, session_id)
+
+    # ------------------------------------------------------------ influence
+    def influences(self, machine_id: str) -> Sequence[InfluenceRow]:
+        """What a machine's coefficients were, latest first."""
+        return self._session.scalars(
+            select(InfluenceRow)
+            .where(InfluenceRow.machine_id == machine_id)
+            .order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id)
+        ).all()
+
+    def influences_of_type(self, machine_type: str) -> Sequence[InfluenceRow]:
+        """All coefficients of machines of a type, latest first."""
+        return self._session.scalars(
+            select(InfluenceRow)
+            .where(InfluenceRow.machine_type == machine_type)
+            .order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id)
+        ).all()
 
     # ------------------------------------------------------------ readings
     def add_new(self, kind: type[ReadingRow | BalancerAnswerRow], rows: list[dict[str, Any]]) -> int:

@@ -7,11 +7,12 @@ from typing import Annotated, Literal
 from annotated_types import Ge, Le, Len
 
 from db.documents.base import Name, Positive, document
-from db.documents.run import MassOnRotor
+from db.documents.diagnostic import Diagnostic
+from db.documents.influence import Coefficient, SavedInfluence
+from db.documents.run import MassOnRotor, Run
 
-CorrectionMethod = Literal["least_squares", "weighted", "minimax"]
-CorrectionSource = Literal["fit", "balancer"]
-Severity = Literal["info", "warning", "error"]
+CorrectionMethod = Literal["least_squares", "weighted", "minimax", "static_couple"]
+CorrectionSource = Literal["fit", "balancer", "saved_influence", "amplitude_only"]
 
 
 @document
@@ -19,10 +20,12 @@ class CorrectionRequest:
     """Ask for the continuous correction masses."""
 
     source: CorrectionSource
-    """fit: least squares over all runs that are not excluded; balancer: an answer that a balancer computed."""
+    """fit: all runs that are not excluded; balancer: an answer that a balancer computed; saved_influence: the machine's
+    coefficients and the latest run; amplitude_only: runs without phase."""
     method: CorrectionMethod | None = None
-    """How the masses follow from the influence coefficients; only with `fit`. least_squares (default): all sensors
-    count alike; weighted: each by its limit; minimax: the greatest amplitude over limit becomes smallest."""
+    """How the masses follow from the coefficients. least_squares (default): all sensors count alike; weighted:
+    each by its limit; minimax: the greatest amplitude over limit becomes smallest; static_couple: two planes, a sensor
+    at each end, static and couple part by themselves."""
     damping: Annotated[float, Ge(0), Le(10)] | None = None
     """Damping of the least squares, as a share of the greatest singular value; for planes that buck each other."""
     max_mass_g: Positive | None = None
@@ -31,6 +34,10 @@ class CorrectionRequest:
     """Correct in these planes only; the others keep what the latest run had in them."""
     mounted_later: Annotated[tuple[MassOnRotor, ...], Len(1, 64)] | None = None
     """Parts mounted after balancing, at the plane's radius: the drum is to run well with them."""
+    earlier_sessions: Annotated[tuple[Name, ...], Len(1, 20)] | None = None
+    """Earlier sessions of the same machine whose runs enter the fit; each keeps an as-found vibration of its own."""
+    influence_of: Literal["machine", "type"] | None = None
+    """Whose coefficients saved_influence takes: the machine's own (default), or the mean of its type."""
     masses: Annotated[tuple[MassOnRotor, ...], Len(1, 64)] | None = None
     """The balancer's answer: the total to have on the as-found rotor, trial masses off."""
     answer_id: Name | None = None
@@ -47,24 +54,6 @@ class Interval:
     """Upper end."""
     confidence: float
     """Share of such intervals that hold the true value."""
-
-
-@document
-class Coefficient:
-    """Influence coefficient: change of a sensor's 1x vector for a gram at 0 degrees in a plane."""
-
-    sensor: str
-    """Sensor."""
-    plane: str
-    """Correction plane."""
-    speed_rpm: float
-    """Nominal speed, r/min."""
-    amplitude_per_g: float
-    """Amplitude per gram, in the sensor's unit."""
-    phase_deg: float
-    """Phase, degrees, in the machine's phase sense, for mass angles in the sense that agrees with it."""
-    scatter_per_g: float | None
-    """Standard deviation per real component; null where it cannot be known."""
 
 
 @document
@@ -88,6 +77,68 @@ class SensorVector:
 
 
 @document
+class Ellipse:
+    """Region of a mass vector's tip that holds the true one, centred on the vector."""
+
+    major_g: float
+    """Longer semi-axis, g."""
+    minor_g: float
+    """Shorter semi-axis, g."""
+    angle_deg: float
+    """Angle of the longer axis, degrees, in the machine's angle sense."""
+    confidence: float
+    """Share of such regions that hold the true vector."""
+
+
+@document
+class StaticCouple:
+    """Masses of two planes taken apart: static plus couple gives the masses."""
+
+    static: tuple[PlaneMass, ...]
+    """Static part: its resultant at the mass centre."""
+    couple: tuple[PlaneMass, ...]
+    """Couple part: no resultant."""
+    unbalance_gmm: float
+    """Resultant unbalance, g.mm."""
+    moment_gmm2: float
+    """Moment about the mass centre, g.mm2."""
+
+
+@document
+class BearingTolerance:
+    """Residual unbalance in a bearing plane."""
+
+    bearing: str
+    """Bearing."""
+    permissible_gmm: float
+    """Permissible residual unbalance, g.mm."""
+    residual_gmm: float
+    """Residual unbalance of the rotor as it was in the latest run, g.mm."""
+
+
+@document
+class Tolerance:
+    """Balance quality by ISO 21940-11, of the rotor as it was in the latest run."""
+
+    grade_mm_s: float
+    """Balance quality grade asked for, mm/s."""
+    permissible_gmm: float
+    """Permissible residual unbalance U_per, g.mm."""
+    specific_um: float
+    """Permissible specific unbalance e_per, um."""
+    bearings: tuple[BearingTolerance, ...]
+    """Allocated to the bearing planes."""
+    grade_reached_mm_s: float
+    """Grade reached, mm/s."""
+    interval: Interval | None
+    """Interval of the grade reached; null where it cannot be known."""
+    within: bool
+    """Whether the grade reached is within the grade asked for."""
+    surely: bool
+    """Whether even the upper end of the interval is."""
+
+
+@document
 class PlaneMass:
     """Continuous correction mass of a plane."""
 
@@ -103,6 +154,8 @@ class PlaneMass:
     """Interval of the mass, g; null where it cannot be known."""
     angle_interval: Interval | None = None
     """Interval of the angle, degrees about `angle_deg`; null where it cannot be known."""
+    ellipse: Ellipse | None = None
+    """Region that holds the true vector; null where it cannot be known."""
 
 
 @document
@@ -119,26 +172,6 @@ class FitQuality:
     """What the method made small: root of the sum of squares, or greatest, of the weighted amplitudes."""
     lower_bound: float
     """No admissible masses come below it."""
-
-
-@document
-class Diagnostic:
-    """Something the technician should know."""
-
-    code: str
-    """Stable code."""
-    severity: Severity
-    """info, warning or error."""
-    message: str
-    """What was seen, with its value."""
-    advice: str
-    """What to do."""
-    runs: tuple[int, ...] = ()
-    """Numbers of the runs it is about; empty: all."""
-    planes: tuple[str, ...] = ()
-    """Planes it is about; empty: all."""
-    sensors: tuple[str, ...] = ()
-    """Sensors it is about; empty: all."""
 
 
 @document
@@ -165,6 +198,16 @@ class Correction:
     """Vibration to expect with the corrections fitted exactly."""
     quality: FitQuality | None
     """How well the runs determine the influence coefficients; null for a balancer's answer."""
+    static_couple: StaticCouple | None
+    """The corrections taken apart; null but for two planes with the mass centre between them."""
+    tolerance: Tolerance | None
+    """Balance quality of the rotor in the latest run; null without grade, rotor mass, bearings or coefficients."""
+    alternatives: tuple[tuple[PlaneMass, ...], ...]
+    """Other corrections that explain amplitudes without phase as well."""
+    saved_influence: SavedInfluence | None
+    """The coefficients that a correction of source saved_influence took."""
+    earlier_runs: tuple[tuple[Run, ...], ...]
+    """Runs of the earlier sessions that entered the fit, a tuple a session."""
     diagnostics: tuple[Diagnostic, ...]
     """What the technician should know, worst first."""
     stale: bool = False

@@ -29,6 +29,16 @@ Direction = Literal["horizontal", "vertical", "axial", "radial"]
 
 
 @document
+class Iso20816:
+    """Which limits of ISO 20816-3 apply: industrial machines above 15 kW, 120 to 15000 r/min."""
+
+    group: Literal[1, 2]
+    """1: above 300 kW; 2: 15 to 300 kW."""
+    support: Literal["rigid", "flexible"]
+    """Kind of support."""
+
+
+@document
 class Bearing:
     """A bearing of the drum."""
 
@@ -106,6 +116,8 @@ class Machine:
     """Balance quality grade G, mm/s (ISO 21940-11); G16 for agricultural machinery."""
     vibration_limit_mm_s: Positive | None = None
     """Limit for sensors without one of their own, mm/s rms of vibration velocity."""
+    iso_20816: Iso20816 | None = None
+    """Group and support by ISO 20816-3, for vibration zones; null for mobile machines, which it does not cover."""
     angle_sense: AngleSense = "against_rotation"
     """Sense in which mass angles count from the key-phasor mark."""
     phase_sense: PhaseSense = "lag"

@@ -51,7 +51,10 @@ class PlanRequest:
     alternatives: Annotated[int, Ge(0), Le(20)] = 0
     """How many further selections to offer, the next best ones, proved in order."""
     angle_tolerance_deg: Annotated[float, Ge(0), Le(30)] | None = None
-    """How far, degrees, a piece may sit off its position; `placement_spread` then says what that can do."""
+    """How far, degrees, a piece may sit off its position; taken as its standard deviation in the intervals of
+    `predicted`, and as a bound in `placement_spread`."""
+    mass_tolerance_g: Annotated[float, Ge(0), Le(1000)] | None = None
+    """Standard deviation, g, of a piece's mass, in the intervals of `predicted`."""
     method: Method = "certified"
     """certified: modified Jaya, then the exact search proves or improves it; or one of the two alone."""
     base: Base = "as_found"

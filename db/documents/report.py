@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from datetime import datetime
+from typing import Literal
 
 from db.documents.base import document
+from db.documents.correction import Tolerance
+from db.documents.diagnostic import Diagnostic
+from db.documents.influence import Coefficient
 from db.documents.machine import Machine
 from db.documents.plan import BearingForces, Placement, PlanStatus
 from db.documents.session import SessionSummary
+
+Zone = Literal["A", "B", "C", "D"]
 
 
 @document
@@ -30,6 +36,10 @@ class BeforeAfter:
     """Limit that applies; null without one."""
     within_limit: bool | None
     """Whether `after` is within the limit; null where it cannot be known."""
+    zone_before: Zone | None = None
+    """Zone of ISO 20816-3 before, by the broadband velocity; null unless the machine states its group."""
+    zone_after: Zone | None = None
+    """Zone after; null as above."""
 
 
 @document
@@ -62,3 +72,9 @@ class Report:
     """Unit of the gap."""
     bearing_forces_n: BearingForces | None
     """Reactions before and after, N; null where the geometry is not known."""
+    tolerance: Tolerance | None
+    """Balance quality by ISO 21940-11 of the rotor in the latest run, from all runs; null where it cannot be known."""
+    influence: tuple[tuple[Coefficient, ...], ...]
+    """Influence coefficients from all runs; empty where they do not determine them."""
+    diagnostics: tuple[Diagnostic, ...]
+    """What the runs say of themselves, worst first."""

@@ -9,6 +9,7 @@ from annotated_types import Len
 from pydantic import AwareDatetime, Field
 
 from db.documents.base import MAX_LIST, AngleDeg, Finite, Name, NotNegative, Positive, Sequence, Text, document
+from db.documents.diagnostic import Diagnostic
 
 RunKind = Literal["initial", "trial", "check", "correction"]
 
@@ -105,6 +106,8 @@ class Run:
     """True: it does not enter the fit."""
     reason: str | None = None
     """Why it was excluded or taken in again."""
+    warnings: tuple[Diagnostic, ...] = ()
+    """What the technician should know of its masses."""
 
 
 @document

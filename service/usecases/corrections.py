@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from db.documents.correction import Correction, CorrectionRequest
+from db.documents.run import Run
 from db.rows import BalancerAnswerRow, CorrectionRow, SessionRow
 from db.store import Store
 from service.errors import Conflict, InvalidInput
 from service.usecases import states
+from service.usecases.influence import saved_for
 from service.usecases.runs import used
 from service.usecases.solving import solve_correction
 from service.usecases.work import Work, require
@@ -21,12 +23,49 @@ def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
         state = states.after(session, "correction")
         if request.source == "balancer":
             request = _with_masses(store, session, request)
+        saved = None
+        if request.source == "saved_influence":
+            saved = saved_for(store, session, request.influence_of or "machine")
         number = len(store.corrections(session.id)) + 1
-        runs = used(store.runs(session.id))
-        correction = solve_correction(session.machine, runs, session.run_out, request, number=number, key=work.new_id())
+        correction = solve_correction(
+            session.machine,
+            used(store.runs(session.id)),
+            session.run_out,
+            request,
+            number=number,
+            key=work.new_id(),
+            saved=saved,
+            earlier=_earlier_runs(store, session, request.earlier_sessions or ()),
+        )
         store.add(CorrectionRow(id=correction.id, session_id=session.id, number=number, correction=correction))
         session.state = state
         return correction
+
+
+def _earlier_runs(store: Store, session: SessionRow, keys: tuple[str, ...]) -> tuple[tuple[Run, ...], ...]:
+    """Runs of earlier sessions on the machine, a tuple a session."""
+    out = []
+    for index, key in enumerate(keys):
+        other = require(store, SessionRow, key)
+        if other.machine_id != session.machine_id or other.id == session.id or _differ(other, session):
+            raise Conflict(
+                f"session {key} is no earlier session with the same planes, sensors and conventions",
+                code="session_of_other_machine",
+                field=f"earlier_sessions[{index}]",
+                value=key,
+                advice="name sessions of this machine from before it was changed, if any",
+            )
+        out.append(used(store.runs(other.id)))
+    return tuple(out)
+
+
+def _differ(other: SessionRow, session: SessionRow) -> bool:
+    def matters(row: SessionRow) -> tuple[object, ...]:
+        spec = row.machine
+        radii = [(plane.name, plane.radius_mm) for plane in spec.planes]
+        return (radii, spec.sensors, spec.angle_sense, spec.phase_sense, spec.rotation, row.run_out)
+
+    return matters(other) != matters(session)
 
 
 def _with_masses(store: Store, session: SessionRow, request: CorrectionRequest) -> CorrectionRequest:

@@ -8,14 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from db.documents.correction import Coefficient, Diagnostic, Interval, PlaneMass, SensorVector
+from db.documents.correction import Ellipse, Interval, PlaneMass, SensorVector
+from db.documents.diagnostic import Diagnostic
+from db.documents.influence import Coefficient
 from db.documents.machine import Machine, Sensor
 from db.documents.plan import Placement, Plan
 from db.documents.run import MassOnRotor, Run, RunOut, RunReading
 from service.balancing.diagnosis.findings import Finding
 from service.balancing.fit import InfluenceFit, Prediction, RunSet, amplitude_interval
 from service.balancing.labels import Labels
-from service.balancing.phasors import ComplexArray, FloatArray, phasor, polar
+from service.balancing.phasors import ComplexArray, FloatArray, phasor, polar, to_degrees
+from service.balancing.uncertainty import Ellipses, ellipses, mass_interval
 from service.balancing.units import Scale, convert_amplitude
 from service.errors import InvalidInput
 from service.usecases.rules import plane_index
@@ -104,6 +107,11 @@ def _vectors_with_phase(machine: Machine, run: Run, run_out: Sequence[RunOut]) -
 def speeds(runs: Sequence[Run], rows: Sequence[Channel]) -> FloatArray:
     """Measured speed (K, S), r/min; nan where not stated."""
     return _table(runs, rows, lambda reading, _sensor: reading.speed_rpm)
+
+
+def amplitudes(runs: Sequence[Run], rows: Sequence[Channel]) -> FloatArray:
+    """Amplitude (K, S); nan where not measured."""
+    return _table(runs, rows, lambda reading, _sensor: reading.amplitude)
 
 
 def overalls(runs: Sequence[Run], rows: Sequence[Channel]) -> FloatArray:
@@ -225,12 +233,10 @@ def plane_masses(
     machine: Machine, vectors: ComplexArray, covariance: FloatArray | None = None, dof: int = 0
 ) -> tuple[PlaneMass, ...]:
     """Continuous masses (P,) complex g with intervals from their covariance (2P, 2P)."""
-    scatter = np.full(len(vectors), np.nan)
-    if covariance is not None:
-        scatter = np.array(
-            [math.sqrt(np.trace(covariance[i : i + 2, i : i + 2]) / 2) for i in range(0, len(covariance), 2)]
-        )
-    low, high = amplitude_interval(vectors, scatter, np.full(len(vectors), dof, dtype=np.int64), CONFIDENCE)
+    if covariance is None:
+        covariance = np.full((2 * len(vectors), 2 * len(vectors)), np.nan)
+    low, high = mass_interval(vectors, covariance, dof, CONFIDENCE)
+    regions = ellipses(vectors, covariance, dof, CONFIDENCE)
     out = []
     for p, plane in enumerate(machine.planes):
         mass, angle = polar(complex(vectors[p]), machine.angle_sense)
@@ -243,6 +249,7 @@ def plane_masses(
                 unbalance_gmm=mass * plane.radius_mm,
                 interval=span,
                 angle_interval=_angle_interval(mass, angle, span),
+                ellipse=_ellipse(machine, regions, p),
             )
         )
     return tuple(out)
@@ -296,6 +303,17 @@ def interval(low: float, high: float) -> Interval | None:
     if not (math.isfinite(low) and math.isfinite(high)):
         return None
     return Interval(low=float(low), high=float(high), confidence=CONFIDENCE)
+
+
+def _ellipse(machine: Machine, regions: Ellipses, p: int) -> Ellipse | None:
+    if not math.isfinite(regions.major[p]):
+        return None
+    return Ellipse(
+        major_g=float(regions.major[p]),
+        minor_g=float(regions.minor[p]),
+        angle_deg=to_degrees(float(regions.turn[p]), machine.angle_sense),
+        confidence=CONFIDENCE,
+    )
 
 
 def _angle_interval(mass: float, angle: float, span: Interval | None) -> Interval | None:

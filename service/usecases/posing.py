@@ -21,9 +21,10 @@ from service.balancing.selection import UNLIMITED, Norm, Objective, SelectionPla
 from service.balancing.units import angular_speed
 from service.errors import Conflict, InvalidInput
 from service.usecases import mapping
+from service.usecases.fitting import Fitted, fit_again
 from service.usecases.rules import POSITION_TOLERANCE_DEG, hole_label, plane_index, position_index
 from service.usecases.scatter import objective_scatter
-from service.usecases.solving import Fitted, correction_vectors, fit_runs
+from service.usecases.solving import correction_vectors
 
 
 @dataclass(frozen=True)
@@ -119,10 +120,7 @@ def pose(ground: Ground, request: PlanRequest) -> Posed:
 
 def fit_of(ground: Ground) -> Fitted | None:
     """The fit that the correction rests on; None for a balancer's answer."""
-    if ground.correction.request.source != "fit":
-        return None
-    used = [run for run in ground.runs if run.number in ground.correction.runs]
-    return fit_runs(ground.machine, used, ground.run_out)
+    return fit_again(ground.machine, ground.runs, ground.run_out, ground.correction)
 
 
 def on_now(ground: Ground) -> tuple[AsFoundPiece, ...]:

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
+from db.documents.correction import Tolerance
+from db.documents.diagnostic import Diagnostic
+from db.documents.influence import Coefficient
 from db.documents.machine import Machine
-from db.documents.report import BeforeAfter, Report
+from db.documents.report import BeforeAfter, Report, Zone
 from db.documents.run import Run
 from db.documents.session import Session, SessionSummary
-from service.usecases import sessions
+from service.balancing.corrections import least_squares
+from service.balancing.tolerance import vibration_zone
+from service.balancing.units import Scale, convert_amplitude
+from service.errors import InvalidInput
+from service.usecases import mapping, quality, sessions
+from service.usecases.fitting import fit_runs
 from service.usecases.mapping import Channel, amplitudes_of, limit_of
+from service.usecases.solving import examined
 from service.usecases.work import Work
 from service.version import __version__
 
@@ -30,6 +41,33 @@ def report(work: Work, session_id: str) -> Report:
         plan_gap=None if plan is None else plan.gap,
         plan_unit=None if plan is None else plan.objective_unit,
         bearing_forces_n=None if plan is None else plan.bearing_forces_n,
+        **vars(_of_all_runs(session)),
+    )
+
+
+@dataclass(frozen=True)
+class _OfAllRuns:
+    """What a fit of all runs says."""
+
+    tolerance: Tolerance | None = None
+    influence: tuple[tuple[Coefficient, ...], ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+
+def _of_all_runs(session: Session) -> _OfAllRuns:
+    machine = session.machine
+    runs = [run for run in session.runs if not run.excluded]
+    try:
+        fitted = fit_runs(machine, runs, session.run_out)
+        answer = least_squares(fitted.fit)
+    except InvalidInput:
+        # Too few runs, or runs without phase: the report says nothing of coefficients.
+        return _OfAllRuns()
+    still = answer.masses - mapping.mass_vectors(machine, runs[-1].masses)
+    return _OfAllRuns(
+        tolerance=quality.tolerance_of(machine, still, answer.covariance, int(fitted.fit.scatter_dof.min())),
+        influence=mapping.coefficients(machine, fitted.rows, fitted.fit),
+        diagnostics=examined(machine, runs, fitted),
     )
 
 
@@ -45,7 +83,8 @@ def before_after(session: Session) -> tuple[BeforeAfter, ...]:
         for sensor in session.machine.sensors:
             if sensor.name in before:
                 row = Channel(sensor, speed)
-                out.append(_line(row, before[sensor.name], after.get(sensor.name), limit_of(session.machine, row)))
+                line = _line(row, before[sensor.name], after.get(sensor.name), limit_of(session.machine, row))
+                out.append(_with_zones(session.machine, line, row, first, last))
     return tuple(out)
 
 
@@ -73,6 +112,22 @@ def _first_by_speed(runs: list[Run]) -> list[Run]:
         if run.kind == "initial":
             first.setdefault(run.nominal_speed_rpm, run)
     return list(first.values())
+
+
+def _with_zones(machine: Machine, line: BeforeAfter, row: Channel, first: Run, last: Run | None) -> BeforeAfter:
+    """Zones of ISO 20816-3 by the broadband velocity, where the machine states its group."""
+    group = machine.iso_20816
+    if group is None:
+        return line
+
+    def zone(run: Run | None) -> Zone | None:
+        reading = None if run is None else next((r for r in run.readings if r.sensor == row.sensor.name), None)
+        if reading is None or reading.overall_rms is None or row.sensor.quantity != "velocity":
+            return None
+        velocity = convert_amplitude(reading.overall_rms, Scale("velocity", row.sensor.unit, "rms"), Scale())
+        return vibration_zone(velocity, group.group, group.support)
+
+    return replace(line, zone_before=zone(first), zone_after=zone(last))
 
 
 def _line(row: Channel, before: float, after: float | None, limit: float | None) -> BeforeAfter:

@@ -88,7 +88,16 @@ def _correction(log: SessionLog, given: Correction) -> Correction:
         runs = tuple(run for run in log.runs if run.number in given.runs)
     else:
         runs = tuple(run for run in log.runs if not run.excluded)
-    again = solve_correction(log.machine, runs, log.run_out, given.request, number=given.number, key=given.id)
+    again = solve_correction(
+        log.machine,
+        runs,
+        log.run_out,
+        given.request,
+        number=given.number,
+        key=given.id,
+        saved=given.saved_influence,
+        earlier=given.earlier_runs,
+    )
     return replace(again, stale=given.stale, trim=given.trim or again.trim)
 
 
@@ -151,6 +160,11 @@ def _first_correction() -> Correction:
         trim=(),
         predicted=(),
         quality=None,
+        static_couple=None,
+        tolerance=None,
+        alternatives=(),
+        saved_influence=None,
+        earlier_runs=(),
         diagnostics=(),
     )
 

@@ -11,6 +11,7 @@ from db.rows import PlanRow, RunRow, SessionRow
 from db.store import Store
 from service.errors import InvalidInput, NotFound
 from service.usecases import mapping, states
+from service.usecases.quality import trial_warnings
 from service.usecases.rules import check_masses, sensor_index
 from service.usecases.taking import taken_readings
 from service.usecases.work import Work, require
@@ -32,6 +33,7 @@ def add(work: Work, session_id: str, request: RunRequest) -> Run:
             readings=_readings(store, session, request),
             nominal_speed_rpm=request.nominal_speed_rpm or machine.service_speed_rpm,
             taken_at=work.now(),
+            warnings=trial_warnings(machine, masses) if request.kind == "trial" else (),
         )
         if request.supersedes is not None:
             mistyped = _run_of(store, session, request.supersedes)

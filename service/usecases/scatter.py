@@ -9,7 +9,7 @@ from service.balancing.corrections import least_squares
 from service.balancing.fit import predict
 from service.balancing.phasors import ComplexArray, FloatArray
 from service.balancing.selection import Objective
-from service.usecases.solving import Fitted
+from service.usecases.fitting import Fitted
 
 
 def objective_scatter(objective: Objective, request: PlanRequest, fitted: Fitted | None, target: ComplexArray) -> float:

@@ -9,6 +9,7 @@ from datetime import datetime
 
 import numpy as np
 
+from db.documents.correction import SensorVector
 from db.documents.machine import Machine
 from db.documents.plan import BearingForces, Change, MethodResult, Offer, Placement, Plan, PlanRequest
 from service.balancing.fitted import placement_uncertainty
@@ -17,10 +18,10 @@ from service.balancing.rotor import bearing_reactions
 from service.balancing.selection import SelectionResult
 from service.balancing.units import angular_speed
 from service.usecases import mapping
-from service.usecases.posing import Ground, Posed, as_found_placement, fit_of, in_order, on_now, pose
+from service.usecases.posing import Ground, Posed, as_found_placement, in_order, on_now, pose
 from service.usecases.rules import plane_index, position_index
 from service.usecases.solvers import Solved, run_method
-from service.usecases.solving import correction_vectors, predicted_with
+from service.usecases.solving import predicted_with
 
 UNIT = {"components": "g.mm", "residual_vibration": "1", "bearing_force": "1"}
 
@@ -55,7 +56,7 @@ def solve_plan(
         changes=changes(ground, offer.placements, offer.taken_off) if chosen else (),
         objective_unit=UNIT[request.objective],
         objective_scatter=posed.uncertainty or None,
-        predicted=predicted_with(ground.machine, posed.fitted, result.vectors) if chosen else (),
+        predicted=_predicted(posed, result.vectors, offer.placements) if chosen else (),
         bearing_forces_n=forces(ground.machine, posed.target, result.vectors) if chosen else None,
         placement_spread=_placement_spread(posed, result),
         per_method=_per_method(solved),
@@ -84,14 +85,13 @@ def offer_of(posed: Posed, result: SelectionResult) -> Offer:
 
 def refitted(ground: Ground, plan: Plan, actual: tuple[Placement, ...]) -> Plan:
     """The plan with predictions for what was really fitted."""
-    machine = ground.machine
+    machine, posed = ground.machine, pose(ground, plan.request)
     vectors = mapping.placement_vectors(machine, actual) - mapping.placement_vectors(machine, plan.taken_off)
-    target = correction_vectors(machine, ground.correction)
     return replace(
         plan,
         fitted=actual,
-        predicted=predicted_with(machine, fit_of(ground), vectors),
-        bearing_forces_n=forces(machine, target, vectors),
+        predicted=_predicted(posed, vectors, actual),
+        bearing_forces_n=forces(machine, posed.target, vectors),
     )
 
 
@@ -127,6 +127,18 @@ def forces(machine: Machine, target: ComplexArray, vectors: ComplexArray) -> Bea
     before = np.abs(bearing_reactions(-target * radius, places, at, omega))
     after = np.abs(bearing_reactions((vectors - target) * radius, places, at, omega))
     return BearingForces(bearings=names, before=tuple(before.tolist()), after=tuple(after.tolist()))
+
+
+def _predicted(posed: Posed, vectors: ComplexArray, pieces: Sequence[Placement]) -> tuple[SensorVector, ...]:
+    request = posed.request
+    return predicted_with(
+        posed.ground.machine,
+        posed.fitted,
+        vectors,
+        pieces,
+        request.angle_tolerance_deg or 0.0,
+        request.mass_tolerance_g or 0.0,
+    )
 
 
 def _placement_spread(posed: Posed, result: SelectionResult) -> float | None:

@@ -16,7 +16,7 @@ from service.errors import InvalidInput
 
 JAYA_SHARE = 0.2
 """Share of the time limit that `certified` leaves to the modified Jaya."""
-PATIENCE = 24
+PATIENCE = 64
 """Steps of the exact search before it may end `within_uncertainty`; what takes fewer is proved in full.
 
 Steps, not seconds, so that the same session gives the same answer on a busy machine.

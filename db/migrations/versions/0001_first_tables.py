@@ -102,6 +102,25 @@ def upgrade() -> None:
         sa.UniqueConstraint("session_id", "number", name=op.f("uq_correction_session_id_number")),
     )
     op.create_table(
+        "influence",
+        sa.Column("id", sa.String(length=32), nullable=False),
+        sa.Column("machine_id", sa.String(length=32), nullable=False),
+        sa.Column("session_id", sa.String(length=32), nullable=False),
+        sa.Column("machine_type", sa.String(length=100), nullable=True),
+        sa.Column("learned_at", sa.DateTime(timezone=True), nullable=False),
+        sa.Column("learned", sa.Text(), nullable=False),
+        sa.ForeignKeyConstraint(["machine_id"], ["machine.id"], name=op.f("fk_influence_machine_id")),
+        sa.ForeignKeyConstraint(["session_id"], ["session.id"], name=op.f("fk_influence_session_id")),
+        sa.PrimaryKeyConstraint("id", name=op.f("pk_influence")),
+        sa.UniqueConstraint("session_id", name=op.f("uq_influence_session_id")),
+    )
+    with op.batch_alter_table("influence", schema=None) as batch_op:
+        batch_op.create_index(
+            batch_op.f("ix_influence_machine_id_learned_at"), ["machine_id", "learned_at"], unique=False
+        )
+        batch_op.create_index(batch_op.f("ix_influence_machine_type"), ["machine_type"], unique=False)
+
+    op.create_table(
         "plan",
         sa.Column("id", sa.String(length=32), nullable=False),
         sa.Column("session_id", sa.String(length=32), nullable=False),
@@ -175,6 +194,11 @@ def downgrade() -> None:
 
     op.drop_table("reading")
     op.drop_table("plan")
+    with op.batch_alter_table("influence", schema=None) as batch_op:
+        batch_op.drop_index(batch_op.f("ix_influence_machine_type"))
+        batch_op.drop_index(batch_op.f("ix_influence_machine_id_learned_at"))
+
+    op.drop_table("influence")
     op.drop_table("correction")
     with op.batch_alter_table("balancer_answer", schema=None) as batch_op:
         batch_op.drop_index(batch_op.f("ix_balancer_answer_session_id_taken_at"))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body
+from fastapi import APIRouter, Body, Query
 
+from db.documents.influence import LearnedInfluence, LearnRequest, TypicalInfluence
 from db.documents.machine import Catalogue, CataloguePatch, Machine, StoredCatalogue, StoredMachine
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
 from service.api.routing import StrictRoute
-from service.usecases import catalogues, machines
+from service.usecases import catalogues, influence, machines
 
 router = APIRouter(route_class=StrictRoute)
 
@@ -43,6 +44,29 @@ def change_machine(work: WorkDep, machine_id: Key, patch: Annotated[dict[str, An
     Sessions keep the copy they were opened with. Units as in `create_machine`: mm, g, kg, r/min, degrees.
     """
     return machines.change(work, machine_id, patch)
+
+
+@router.post("/machines/{machine_id}/influence", status_code=201, tags=["influence"], responses=errors(404, 409))
+def learn_influence(work: WorkDep, machine_id: Key, learn: LearnRequest) -> LearnedInfluence:
+    """Save what a session teaches of a machine's influence coefficients: no update above 50 % or 45 degrees.
+
+    Coefficients in the sensor's unit per g, phases in degrees in the machine's `phase_sense`, speeds in r/min.
+    """
+    return influence.learn_from(work, machine_id, learn)
+
+
+@router.get("/machines/{machine_id}/influence", tags=["influence"], responses=errors(404))
+def list_influence(work: WorkDep, machine_id: Key) -> tuple[LearnedInfluence, ...]:
+    """A machine's influence coefficients after each session, latest first. Units as in `learn_influence`: per g."""
+    return influence.history_of(work, machine_id)
+
+
+@router.get("/influence-statistics", tags=["influence"], responses=errors(404))
+def get_typical_influence(
+    work: WorkDep, machine_type: Annotated[str, Query(alias="type", min_length=1, max_length=100, description="Type.")]
+) -> TypicalInfluence:
+    """Statistics of the coefficients of all machines of a type. Units as in `learn_influence`: per g, degrees."""
+    return influence.typical_of(work, machine_type)
 
 
 @router.post("/catalogues", status_code=201, tags=["catalogues"], responses=errors(409))

@@ -7,13 +7,14 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 
 from db.documents.correction import Correction, CorrectionRequest
+from db.documents.influence import TrialMassSuggestion
 from db.documents.plan import FittedRequest, FrontPoint, Plan, PlanRequest, WhatIf, WhatIfRequest
 from db.documents.report import Report
 from db.documents.run import Run, RunPatch, RunRequest
 from db.documents.session import Session, SessionLog, SessionPatch, SessionRequest, SessionState, SessionSummary
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
 from service.api.routing import StrictRoute
-from service.usecases import corrections, plans, reports, runs, sessions
+from service.usecases import corrections, influence, plans, reports, runs, sessions
 
 router = APIRouter(route_class=StrictRoute)
 
@@ -84,6 +85,15 @@ def add_run(work: WorkDep, session_id: Key, run: RunRequest) -> Run:
 def change_run(work: WorkDep, session_id: Key, run_id: Key, patch: RunPatch) -> Run:
     """Exclude a mistyped run, or take it in again; nothing is erased. Units as in `add_run`."""
     return runs.change(work, session_id, run_id, patch)
+
+
+@router.get("/sessions/{session_id}/trial-masses", tags=["runs"], responses=errors(404))
+def suggest_trial_masses(work: WorkDep, session_id: Key) -> tuple[TrialMassSuggestion, ...]:
+    """Suggest a trial mass for each plane, and its angle from earlier coefficients and the initial run.
+
+    Masses in g, angles in degrees in the machine's `angle_sense`, force in N at service speed.
+    """
+    return influence.suggest_trials(work, session_id)
 
 
 @router.post("/sessions/{session_id}/corrections", status_code=201, tags=["corrections"], responses=errors(404, 409))

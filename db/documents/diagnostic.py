@@ -1,0 +1,29 @@
+"""What the technician should know."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from db.documents.base import document
+
+Severity = Literal["info", "warning", "error"]
+
+
+@document
+class Diagnostic:
+    """Something the technician should know."""
+
+    code: str
+    """Stable code."""
+    severity: Severity
+    """info, warning or error."""
+    message: str
+    """What was seen, with its value."""
+    advice: str
+    """What to do."""
+    runs: tuple[int, ...] = ()
+    """Numbers of the runs it is about; empty: all."""
+    planes: tuple[str, ...] = ()
+    """Planes it is about; empty: all."""
+    sensors: tuple[str, ...] = ()
+    """Sensors it is about; empty: all."""

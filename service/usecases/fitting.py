@@ -1,0 +1,130 @@
+"""Fits of every source: a session's runs, earlier sessions with them, saved coefficients, amplitudes alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from db.documents.correction import Correction
+from db.documents.influence import SavedInfluence
+from db.documents.machine import Machine
+from db.documents.run import Run, RunOut
+from service.balancing.amplitude_only import AmplitudeFit, fit_amplitudes
+from service.balancing.fit import InfluenceFit, RunSet, fit_influence
+from service.balancing.saved_influence import one_run
+from service.errors import Conflict, InvalidInput
+from service.usecases import mapping
+from service.usecases.mapping import Channel
+from service.usecases.saving import as_arrays
+
+_SEED = 20260101
+"""Of the starting points where amplitudes alone are fitted: the same runs give the same answer."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A fit with the rows it is of, and the runs as arrays."""
+
+    rows: tuple[Channel, ...]
+    fit: InfluenceFit
+    runs: RunSet
+    amplitudes: AmplitudeFit | None = None
+
+
+def fit_runs(
+    machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], earlier: Sequence[Sequence[Run]] = ()
+) -> Fitted:
+    """Influence coefficients from runs. Raises InvalidInput, NumericsError where they do not determine them.
+
+    earlier: runs of other sessions on the machine. Each has an as-found vibration of its own: its difference is fitted
+    as one more unknown beside the planes, and dropped.
+    """
+    require_runs(runs)
+    rows = mapping.channels(machine, runs)
+    known = mapping.run_set(machine, runs, run_out, rows)
+    if not any(earlier):
+        return Fitted(rows, fit_influence(known, incomplete="leave_out"), known)
+    sets = [known]
+    for group in earlier:
+        usable = [run for run in group if run.nominal_speed_rpm in {row.speed_rpm for row in rows}]
+        sets.append(mapping.run_set(machine, usable, run_out, rows))
+    count, planes = len(known.masses), len(machine.planes)
+    own = np.concatenate([np.full(len(s.masses), g, dtype=np.int64) for g, s in enumerate(sets)])
+    # The mark of an earlier session is scaled like a mass, so that the design stays well conditioned.
+    marks = (own[:, None] == np.arange(1, len(sets))).astype(complex)
+    everything = RunSet(
+        masses=np.concatenate([np.concatenate([s.masses for s in sets]), marks], axis=1),
+        vibration=np.concatenate([s.vibration for s in sets]),
+        scatter=np.concatenate([s.scatter for s in sets]),
+        labels=known.labels,
+    )
+    fit = fit_influence(everything, incomplete="leave_out")
+    narrowed = replace(
+        fit,
+        influence=fit.influence[:, :planes],
+        covariance=fit.covariance[:, : planes + 1, : planes + 1],
+        residuals=fit.residuals[:count],
+        leverage=fit.leverage[:count],
+    )
+    return Fitted(rows, narrowed, known)
+
+
+def fit_saved(
+    machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], saved: SavedInfluence
+) -> tuple[Fitted, int]:
+    """The latest run with saved coefficients, and its number. Raises InvalidInput, or Conflict for another speed."""
+    require_runs(runs)
+    run = runs[-1]
+    rows = mapping.channels(machine, [run])
+    known = mapping.run_set(machine, [run], run_out, rows)
+    arrays = as_arrays(machine, saved, rows)
+    if not np.isfinite(arrays.influence).any():
+        raise Conflict(
+            f"no coefficient was saved at {run.nominal_speed_rpm:g} r/min",
+            code="no_influence",
+            field="source",
+            value=run.nominal_speed_rpm,
+            advice="take the run at a speed the machine was balanced at, or take trial runs and ask for source fit",
+        )
+    fit = one_run(arrays, known.masses[0], known.vibration[0], known.scatter[0], known.labels)
+    return Fitted(rows, fit, known), run.number
+
+
+def fit_without_phase(machine: Machine, runs: Sequence[Run]) -> Fitted:
+    """Coefficients from amplitudes alone, the best model first. Raises NumericsError where there are too few runs."""
+    require_runs(runs)
+    rows = mapping.channels(machine, runs)
+    known = mapping.run_set(machine, runs, (), rows)
+    found = fit_amplitudes(
+        known.masses, mapping.amplitudes(runs, rows), np.random.default_rng(_SEED), labels=known.labels
+    )
+    return Fitted(rows, found.models[0], known, found)
+
+
+def fit_again(
+    machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], correction: Correction
+) -> Fitted | None:
+    """The fit that a correction rests on, from the runs it names; None for a balancer's answer."""
+    used = [run for run in runs if run.number in correction.runs]
+    match correction.request.source:
+        case "fit":
+            return fit_runs(machine, used, run_out, correction.earlier_runs)
+        case "saved_influence" if correction.saved_influence is not None:
+            return fit_saved(machine, used, run_out, correction.saved_influence)[0]
+        case "amplitude_only":
+            return fit_without_phase(machine, used)
+    return None
+
+
+def require_runs(runs: Sequence[Run]) -> None:
+    """Raise InvalidInput where there is no run."""
+    if not runs:
+        raise InvalidInput(
+            "there is no run to fit",
+            code="too_few_runs",
+            field="runs",
+            value=0,
+            advice="take an initial run, then a trial run in each plane",
+        )
