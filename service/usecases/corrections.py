@@ -12,12 +12,13 @@ from service.errors import Conflict, InvalidInput
 from service.usecases import states
 from service.usecases.influence import saved_for
 from service.usecases.runs import used
-from service.usecases.solving import solve_correction
+from service.usecases.solving import check_fields, solve_correction
 from service.usecases.work import Work, require
 
 
 def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
     """Compute and store a correction. Raises InvalidInput, NumericsError, NotFound, OutOfOrder."""
+    check_fields(request)
     with work.database.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
         state = states.after(session, "correction")

@@ -55,7 +55,7 @@ def solve_correction(
     saved: coefficients for source saved_influence. earlier: runs of the earlier sessions asked for. Raises InvalidInput
     or NumericsError where the request or the runs do not allow an answer.
     """
-    _check_fields(request)
+    check_fields(request)
     if request.source == "balancer":
         return _balancer(machine, runs, request, number, key)
     used = tuple(run.number for run in runs)
@@ -287,7 +287,7 @@ def _balancer(machine: Machine, runs: Sequence[Run], request: CorrectionRequest,
     )
 
 
-def _check_fields(request: CorrectionRequest) -> None:
+def check_fields(request: CorrectionRequest) -> None:
     """Refuse fields that belong to another source than the one asked for."""
     for name in _FOREIGN[request.source]:
         if getattr(request, name) is not None:

@@ -1,0 +1,313 @@
+"""Where corrections come from, over HTTP: fits of every kind, saved coefficients, amplitudes alone."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tests.api.workshop import DRUM, LinearDrum, Workshop, mass, reading, vector_of
+
+EXACT = 1e-9
+
+
+def total(correction: Any, key: str = "corrections") -> dict[str, complex]:
+    return {entry["plane"]: vector_of(entry, "mass_g", "angle_deg") for entry in correction[key]}
+
+
+def scattered(shop: Workshop, session: str, kind: str, masses: list[dict[str, Any]], drum: LinearDrum = DRUM) -> Any:
+    """A run whose readings state a scatter of 1 %."""
+    readings = [reading(s, v, scatter=0.01 * abs(v)) for s, v in drum.vibration(masses).items()]
+    return shop.post(f"/sessions/{session}/runs", {"kind": kind, "masses": masses, "readings": readings})
+
+
+def learned(shop: Workshop, session: str, drum: LinearDrum = DRUM) -> None:
+    scattered(shop, session, "initial", [], drum)
+    for plane in ("1", "2"):
+        scattered(shop, session, "trial", [mass(plane, 200.0, 0.0)], drum)
+
+
+def silenced(correction: Any, drum: LinearDrum = DRUM) -> float:
+    """Greatest amplitude the drum has with the corrections fitted."""
+    pieces = [mass(c["plane"], c["mass_g"], c["angle_deg"]) for c in correction["corrections"]]
+    return max(abs(v) for v in drum.vibration(pieces).values())
+
+
+class TestMethods:
+    def test_minimax_makes_the_greatest_share_of_its_limit_smallest_and_says_how_small(self, shop: Workshop) -> None:
+        three = replace(
+            DRUM,
+            initial={**DRUM.initial, "M": 2.0 + 1.0j},
+            influence={**DRUM.influence, ("M", "1"): 0.002 + 0.001j, ("M", "2"): -0.001 + 0.006j},
+        )
+        sensors = [{"name": name, "limit": limit} for name, limit in (("P", 0.5), ("Q", 1.0), ("M", 0.25))]
+        session = shop.session(shop.machine(sensors=sensors))
+        shop.learn(session, three)
+        limits = {"P": 0.5, "Q": 1.0, "M": 0.25}
+        shares = {}
+        for method in ("minimax", "weighted"):
+            answer = shop.correct(session, method=method)
+            shares[method] = max(v["amplitude"] / limits[v["sensor"]] for v in answer["predicted"])
+        best = shop.correct(session, method="minimax")["quality"]
+        assert shares["minimax"] == pytest.approx(best["objective_value"], rel=1e-6)
+        assert best["lower_bound"] == pytest.approx(best["objective_value"], rel=1e-5)
+        assert shares["minimax"] < shares["weighted"]
+
+    def test_a_limit_on_the_mass_of_a_plane_holds(self, shop: Workshop) -> None:
+        session = shop.session()
+        learned(shop, session)
+        free = shop.correct(session)
+        limit = 0.7 * max(c["mass_g"] for c in free["corrections"])
+        answer = shop.correct(session, max_mass_g=limit)
+        assert max(c["mass_g"] for c in answer["corrections"]) <= limit * (1 + 1e-6)
+        assert all(c["interval"] is not None for c in answer["corrections"])
+
+    def test_other_planes_keep_what_they_carry(self, shop: Workshop) -> None:
+        session = shop.session()
+        shop.learn(session)
+        shop.run(session, "correction", [mass("2", 120.0, 40.0)])
+        answer = total(shop.correct(session, planes=["1"]))
+        assert answer["2"] == pytest.approx(cmath.rect(120.0, math.radians(40.0)), abs=1e-6)
+
+    def test_parts_mounted_later_are_allowed_for(self, shop: Workshop) -> None:
+        session = shop.session()
+        shop.learn(session)
+        later = mass("1", 50.0, 90.0)
+        answer = shop.correct(session, mounted_later=[later])
+        pieces = [mass(c["plane"], c["mass_g"], c["angle_deg"]) for c in answer["corrections"]]
+        assert max(abs(v) for v in DRUM.vibration([*pieces, later]).values()) < 1e-9
+
+    def test_static_and_couple_parts_add_up_to_the_corrections(self, shop: Workshop) -> None:
+        session = shop.session()
+        shop.learn(session)
+        answer = shop.correct(session)
+        parts = answer["static_couple"]
+        static, couple, whole = total(parts, "static"), total(parts, "couple"), total(answer)
+        for plane in whole:
+            assert static[plane] + couple[plane] == pytest.approx(whole[plane], abs=1e-6)
+        assert abs(couple["1"] + couple["2"]) < 1e-6
+        assert static["1"] == pytest.approx(static["2"], abs=1e-6)
+
+    def test_the_static_couple_method_of_its_own(self, shop: Workshop) -> None:
+        alike = replace(
+            DRUM,
+            influence={("P", "1"): 0.01 + 0j, ("P", "2"): 0.004j, ("Q", "1"): 0.004j, ("Q", "2"): 0.01 + 0j},
+        )
+        session = shop.session()
+        shop.learn(session, alike)
+        assert silenced(shop.correct(session, method="static_couple"), alike) < 1e-9
+
+    def test_damping_buys_less_mass_for_more_vibration(self, shop: Workshop) -> None:
+        session = shop.session()
+        shop.learn(session)
+        free, damped = shop.correct(session), shop.correct(session, damping=0.5)
+        assert sum(c["mass_g"] for c in damped["corrections"]) < sum(c["mass_g"] for c in free["corrections"])
+        assert silenced(damped) > silenced(free)
+
+    @pytest.mark.parametrize(
+        ("request_", "field"),
+        [
+            ({"source": "balancer", "masses": [mass("1", 1.0, 0.0)], "method": "minimax"}, "method"),
+            ({"source": "fit", "masses": [mass("1", 1.0, 0.0)]}, "masses"),
+            ({"source": "fit", "influence_of": "type"}, "influence_of"),
+            ({"source": "amplitude_only", "earlier_sessions": ["x"]}, "earlier_sessions"),
+        ],
+    )
+    def test_a_field_of_another_source_is_refused(self, shop: Workshop, request_: dict[str, Any], field: str) -> None:
+        session = shop.session()
+        problem = shop.refused("POST", f"/sessions/{session}/corrections", request_, 422, "invalid_input")
+        assert problem["field"] == field
+
+
+class TestSavedInfluence:
+    def test_one_run_balances_the_next_drum(self, shop: Workshop) -> None:
+        machine = shop.machine()
+        first = shop.session(machine)
+        learned(shop, first)
+        kept = shop.post(f"/machines/{machine}/influence", {"session_id": first})
+        assert kept["refused"] == []
+        other = replace(DRUM, initial={"P": 1.0 - 2.0j, "Q": -3.0 + 0.5j})
+        session = shop.session(machine)
+        scattered(shop, session, "initial", [], other)
+        answer = shop.correct(session, source="saved_influence")
+        assert silenced(answer, other) < EXACT
+        assert all(c["interval"] is not None for c in answer["corrections"])
+        plan = shop.plan(session, answer)
+        assert plan["status"] in ("optimal", "within_uncertainty")
+        log = shop.get(f"/sessions/{session}/log")
+        assert log["corrections"][0]["saved_influence"] == kept["saved"]
+
+    def test_without_coefficients_it_says_what_to_do(self, shop: Workshop) -> None:
+        session = shop.session()
+        shop.run(session, "initial")
+        body = {"source": "saved_influence"}
+        assert (
+            "trial runs"
+            in shop.refused("POST", f"/sessions/{session}/corrections", body, 422, "no_influence")["advice"]
+        )
+
+    def test_learning_is_bounded_and_says_so(self, shop: Workshop) -> None:
+        machine = shop.machine()
+        first = shop.session(machine)
+        learned(shop, first)
+        before = shop.post(f"/machines/{machine}/influence", {"session_id": first})
+        twice = replace(DRUM, influence={k: (2.0 * v if k[0] == "P" else v) for k, v in DRUM.influence.items()})
+        second = shop.session(machine)
+        learned(shop, second, twice)
+        after = shop.post(f"/machines/{machine}/influence", {"session_id": second})
+        assert {entry["sensor"] for entry in after["refused"]} == {"P"}
+        assert all(entry["change"] == pytest.approx(1.0, rel=1e-6) for entry in after["refused"])
+        rows = {row["sensor"]: row["influence"] for row in after["saved"]["rows"]}
+        old = {row["sensor"]: row["influence"] for row in before["saved"]["rows"]}
+        assert rows["P"] == old["P"]
+        history = shop.get(f"/machines/{machine}/influence")
+        assert [entry["session_id"] for entry in history] == [second, first]
+        shop.refused("POST", f"/machines/{machine}/influence", {"session_id": second}, 409, "learned_already")
+
+    def test_statistics_of_a_type_balance_a_machine_of_it(self, shop: Workshop) -> None:
+        for turn in (0.99, 1.01):
+            drum = replace(DRUM, influence={k: v * turn for k, v in DRUM.influence.items()})
+            machine = shop.machine(type="KZS")
+            session = shop.session(machine)
+            learned(shop, session, drum)
+            shop.post(f"/machines/{machine}/influence", {"session_id": session})
+        typical = shop.get("/influence-statistics?type=KZS")
+        assert typical["machines"] == 2
+        third = shop.session(shop.machine(type="KZS"))
+        scattered(shop, third, "initial", [])
+        assert silenced(shop.correct(third, source="saved_influence", influence_of="type")) < 1e-6
+        shop.refused("GET", "/influence-statistics?type=other", None, 404, "not_found")
+
+
+class TestEarlierSessions:
+    def test_an_earlier_session_tells_what_the_masses_do_but_not_how_the_drum_is_now(self, shop: Workshop) -> None:
+        machine = shop.machine()
+        first = shop.session(machine)
+        shop.learn(first)
+        now = replace(DRUM, initial={"P": 0.5 + 1.0j, "Q": 2.0 - 1.0j})
+        session = shop.session(machine)
+        shop.run(session, "initial", drum=now)
+        shop.refused("POST", f"/sessions/{session}/corrections", {"source": "fit"}, 422, "too_few_runs")
+        answer = shop.correct(session, earlier_sessions=[first])
+        assert silenced(answer, now) < 1e-9
+        assert len(answer["earlier_runs"][0]) == 3
+        plan = shop.plan(session, answer)
+        assert plan["predicted"]
+
+    def test_a_session_of_another_machine_is_refused(self, shop: Workshop) -> None:
+        other = shop.session()
+        session = shop.session()
+        shop.learn(session)
+        body = {"source": "fit", "earlier_sessions": [other]}
+        shop.refused("POST", f"/sessions/{session}/corrections", body, 409, "session_of_other_machine")
+
+
+class TestWithoutPhase:
+    def run(self, shop: Workshop, session: str, masses: list[dict[str, Any]]) -> None:
+        readings = [{"sensor": s, "amplitude": abs(v), "phase_deg": None} for s, v in DRUM.vibration(masses).items()]
+        kind = "trial" if masses else "initial"
+        shop.post(f"/sessions/{session}/runs", {"kind": kind, "masses": masses, "readings": readings})
+
+    def test_two_planes_from_amplitudes_alone(self, shop: Workshop) -> None:
+        session = shop.session()
+        self.run(shop, session, [])
+        for plane in ("1", "2"):
+            for angle in (0.0, 120.0, 240.0):
+                self.run(shop, session, [mass(plane, 150.0, angle)])
+        answer = shop.correct(session, source="amplitude_only")
+        found = [answer["corrections"], *answer["alternatives"]]
+        # Each sensor's own phase is unknown, so several corrections may explain the same amplitudes.
+        assert min(silenced({"corrections": masses}) for masses in found) < 1e-3
+        if answer["alternatives"]:
+            assert answer["diagnostics"][0]["code"] == "ambiguous_without_phase"
+
+    def test_too_few_runs_are_refused_with_the_number_that_is_needed(self, shop: Workshop) -> None:
+        session = shop.session()
+        self.run(shop, session, [])
+        self.run(shop, session, [mass("1", 150.0, 0.0)])
+        body = {"source": "amplitude_only"}
+        problem = shop.refused("POST", f"/sessions/{session}/corrections", body, 422, "too_few_runs")
+        assert "need 5 runs" in problem["detail"]
+
+
+class TestQuality:
+    def test_the_grade_reached_follows_from_the_fit(self, shop: Workshop) -> None:
+        session = shop.session(shop.machine(balance_grade_mm_s=16.0))
+        learned(shop, session)
+        tolerance = shop.correct(session)["tolerance"]
+        omega = 460.0 * math.pi / 30.0
+        assert tolerance["permissible_gmm"] == pytest.approx(120.0 * 16.0 / omega * 1000.0, rel=1e-9)
+        assert sum(b["permissible_gmm"] for b in tolerance["bearings"]) == pytest.approx(tolerance["permissible_gmm"])
+        assert tolerance["interval"]["low"] <= tolerance["grade_reached_mm_s"] <= tolerance["interval"]["high"]
+        report = shop.get(f"/sessions/{session}/report.json")
+        assert report["tolerance"]["grade_reached_mm_s"] == pytest.approx(tolerance["grade_reached_mm_s"], rel=1e-6)
+
+    def test_zones_only_where_the_machine_states_its_group(self, shop: Workshop) -> None:
+        for group, zone in ((None, None), ({"group": 2, "support": "rigid"}, "C")):
+            session = shop.session(shop.machine(iso_20816=group))
+            readings = [reading("P", 1.0 + 0j, overall_rms=3.0)]
+            shop.post(f"/sessions/{session}/runs", {"kind": "initial", "readings": readings})
+            assert shop.get(f"/sessions/{session}/report.json")["before_after"][0]["zone_before"] == zone
+
+    def test_trial_masses_are_suggested_and_a_large_one_is_warned_about_in_newtons(self, shop: Workshop) -> None:
+        machine = shop.machine()
+        session = shop.session(machine)
+        asked = shop.get(f"/sessions/{session}/trial-masses")
+        # A tenth of the load on the nearer bearing, whose share follows from the mass centre.
+        load = 120.0 * 440.0 / 920.0 * 9.80665
+        expected = 0.1 * load / (0.33 * (460.0 * math.pi / 30.0) ** 2) * 1000.0
+        assert asked[0]["mass_g"] == pytest.approx(expected, rel=1e-9)
+        assert asked[0]["angle_deg"] is None
+        learned(shop, session)
+        run = shop.run(session, "trial", [mass("1", 400.0, 0.0)])
+        assert [w["code"] for w in run["warnings"]] == ["trial_mass_large"]
+        assert " N " in run["warnings"][0]["message"]
+        shop.post(f"/machines/{machine}/influence", {"session_id": session})
+        assert all(s["angle_deg"] is not None for s in shop.get(f"/sessions/{session}/trial-masses"))
+
+    def test_ellipses_and_intervals_shrink_with_the_scatter(self, shop: Workshop) -> None:
+        session = shop.session()
+        learned(shop, session)
+        for entry in shop.correct(session)["corrections"]:
+            assert entry["ellipse"]["major_g"] >= entry["ellipse"]["minor_g"] > 0.0
+            assert entry["interval"]["low"] < entry["mass_g"] < entry["interval"]["high"]
+            assert entry["angle_interval"]["low"] < entry["angle_deg"] < entry["angle_interval"]["high"]
+
+    def test_inexact_placement_widens_the_prediction(self, shop: Workshop) -> None:
+        session = shop.session()
+        learned(shop, session)
+        correction = shop.correct(session)
+        widths = [
+            [v["scatter"] for v in shop.plan(session, correction, **tolerance)["predicted"]]
+            for tolerance in ({}, {"angle_tolerance_deg": 2.0, "mass_tolerance_g": 1.0})
+        ]
+        assert all(wide > narrow for narrow, wide in zip(*widths, strict=True))
+
+
+class TestDiagnostics:
+    def test_a_mirrored_phase_is_named_and_a_mistyped_run_can_be_superseded(self, shop: Workshop) -> None:
+        session = shop.session()
+        learned(shop, session)
+        odd = replace(DRUM, initial={"P": 9.0 + 0j, "Q": -7.0j})
+        bad = scattered(shop, session, "correction", [mass("1", 100.0, 30.0)], odd)
+        codes = {d["code"] for d in shop.correct(session)["diagnostics"]}
+        assert codes & {"bad_run", "sense_mirrored", "not_linear"}, codes
+        again = [mass("1", 100.0, 30.0)]
+        body = {"kind": "correction", "masses": again, "readings": DRUM.readings(again), "supersedes": bad["id"]}
+        shop.post(f"/sessions/{session}/runs", body)
+        good = shop.correct(session)
+        assert silenced(good) < 1e-6
+        kept = next(run for run in shop.get(f"/sessions/{session}")["runs"] if run["id"] == bad["id"])
+        assert kept["excluded"] is True
+        assert kept["reason"] == "superseded by run 5"
+
+    def test_contradicting_runs_are_named_by_number(self, shop: Workshop) -> None:
+        session = shop.session()
+        learned(shop, session)
+        scattered(shop, session, "trial", [mass("1", 200.0, 0.0)], replace(DRUM, initial={"P": 8.0 + 0j, "Q": 8.0j}))
+        found = [d for d in shop.correct(session)["diagnostics"] if d["code"] == "runs_contradict"]
+        assert found
+        assert set(found[0]["runs"]) == {2, 4}
