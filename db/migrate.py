@@ -38,6 +38,12 @@ def newest_revision() -> str | None:
     return ScriptDirectory.from_config(_config()).get_current_head()
 
 
+def is_known(revision: str | None) -> bool:
+    """Whether this version of Drumtrue has the migration; a newer version's database is at one it has not."""
+    known = {script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()}
+    return revision is None or revision in known
+
+
 def drift(database: Database) -> list[object]:
     """Differences between the schema and the tables in `rows`; empty when the migrations are complete."""
     with database.engine.connect() as connection:

@@ -20,6 +20,7 @@ def migrate_database(settings: Settings) -> tuple[str | None, str | None]:
     database = _database(settings)
     with _answering(settings):
         before = migrate.present_revision(database)
+        _require_known(before)
         migrate.upgrade(database)
         after = migrate.present_revision(database)
     database.close()
@@ -29,10 +30,12 @@ def migrate_database(settings: Settings) -> tuple[str | None, str | None]:
 def open_database(settings: Settings) -> Database:
     """The database, its schema up to date: an empty or older SQLite file is migrated, a PostgreSQL must be already.
 
-    Raises Conflict for a PostgreSQL whose schema is not the one this version needs.
+    Raises Conflict for a PostgreSQL whose schema is not the one this version needs, and for any database that a newer
+    version has migrated.
     """
     database = _database(settings)
     with _answering(settings):
+        _require_known(migrate.present_revision(database))
         if database.embedded:
             migrate.upgrade(database)
             return database
@@ -60,8 +63,20 @@ def _database(settings: Settings) -> Database:
             advice="use sqlite:///PATH or postgresql+psycopg://USER:PASSWORD@HOST/NAME",
         ) from wrong
     if database.embedded and database.url.database:
-        Path(database.url.database).parent.mkdir(parents=True, exist_ok=True)
+        with _answering(settings):
+            Path(database.url.database).parent.mkdir(parents=True, exist_ok=True)
     return database
+
+
+def _require_known(revision: str | None) -> None:
+    if not migrate.is_known(revision):
+        raise Conflict(
+            f"the database's schema is at revision {revision}, which this version does not know",
+            code="schema_out_of_date",
+            field="database_url",
+            value=revision,
+            advice="a newer Drumtrue has migrated it: start that version, or restore a backup from before",
+        )
 
 
 @contextmanager

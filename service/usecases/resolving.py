@@ -46,7 +46,7 @@ def read_log(text: str | bytes) -> SessionLog:
     """
     try:
         log = read_json(SessionLog, json.dumps(_completed(json.loads(text)), allow_nan=True))
-    except (ValueError, UnicodeDecodeError) as wrong:
+    except (ValueError, RecursionError) as wrong:
         raise _not_a_log(wrong) from None
     machine = normalised(log.machine)
     if log.catalogue is not None:
@@ -180,8 +180,10 @@ def _first_plan(log: SessionLog, correction: Correction) -> tuple[_Wanted, ...]:
 
 def _completed(log: Any) -> Any:
     """The log with what may be left out of runs put in."""
-    if not isinstance(log, dict) or not isinstance(log.get("runs"), list):
+    if not isinstance(log, dict):
         return log
+    if not isinstance(log.get("runs"), list):
+        return {"version": __version__, **log}
     speed = log.get("machine", {}).get("service_speed_rpm") if isinstance(log.get("machine"), dict) else None
     runs = []
     for index, run in enumerate(log["runs"]):
@@ -198,12 +200,12 @@ def _completed(log: Any) -> Any:
     return {"version": __version__, **log, "runs": runs}
 
 
-def _not_a_log(wrong: ValueError) -> InvalidInput:
+def _not_a_log(wrong: ValueError | RecursionError) -> InvalidInput:
     if isinstance(wrong, ValidationError):
         first = wrong.errors(include_url=False, include_context=False)[0]
         field = ".".join(str(part) for part in first["loc"])
         return InvalidInput(
-            f"{field}: {first['msg']}",
+            f"{field or 'the log'}: {first['msg']}",
             code="invalid_log",
             field=field,
             value=first.get("input") if not isinstance(first.get("input"), dict | list) else None,
