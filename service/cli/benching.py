@@ -17,3 +17,21 @@ def fit(markdown: Markdown = False) -> None:
     from service.bench.fit import bench_fit
 
     raise SystemExit(0 if bench_fit(markdown=markdown) else 1)
+
+
+@app.command()
+def selection(
+    as_published: Annotated[
+        bool, typer.Option("--as-published", help="Modified Jaya as published, at its published budgets, instead.")
+    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Small problems and short budgets only.")] = False,
+    markdown: Markdown = False,
+    budget: Annotated[float, typer.Option(min=0.1, help="Seconds for each peer and problem.")] = 5.0,
+    seeds: Annotated[int, typer.Option(min=1, help="Runs of each searcher, sharing its budget.")] = 5,
+    runs: Annotated[int, typer.Option(min=1, help="Runs of each published budget.")] = 20,
+) -> None:
+    """Time to proof, quality and success rate of the selection beside named peers (pip install 'drumtrue[bench]')."""
+    from service.bench.selection import Bench, bench_selection
+
+    bench = Bench(markdown=markdown, quick=quick, budget_s=budget, seeds=seeds, runs=runs)
+    raise SystemExit(0 if bench_selection(bench, as_published=as_published) else 1)
