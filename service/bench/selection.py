@@ -140,7 +140,7 @@ def beside_peers(bench: Bench) -> None:
         jaya = jaya_runs(case, bench.seeds, as_published=False, limit_s=bench.budget_s)
         took = f"proved, {_time(seconds)}" if state.proved else f"best known, {_time(seconds)}"
         row = [case.name, f"{best:.5g}", took, _searched(jaya, best)]
-        lines.append((*row, *(_peer(bench, peer, case, best) for peer in there)))
+        lines.append((*row, *(compared(bench, peer, case, best) for peer in there)))
     bench.show(
         f"bench selection: value over the optimum, {bench.budget_s:g} s for each peer and problem, "
         f"searchers {bench.seeds} seeds sharing it",
@@ -149,7 +149,8 @@ def beside_peers(bench: Bench) -> None:
     )
 
 
-def _peer(bench: Bench, peer: Peer, case: Case, best: float) -> str:
+def compared(bench: Bench, peer: Peer, case: Case, best: float) -> str:
+    """One peer on one problem, in words; a peer that cannot is told with its reason, never left out."""
     if not peer.installed:
         return "not installed"
     if why := peer.cannot(case.problem):
