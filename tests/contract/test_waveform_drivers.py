@@ -1,10 +1,17 @@
+from pathlib import Path
+
+import pytest
+
 from drivers.clock import ManualClock
 from drivers.example import threshing_drum_example
 from drivers.protocol import Driver
 from drivers.simulated_waveforms import SimulatedWaveforms
 from drivers.waveform import Disturbance
+from drivers.waveform_files.driver import WaveformFile
+from drivers.waveform_files.recording import Layout
 from tests.contract.driver_contract import DriverContract
 from tests.contract.test_simulated_driver import BackwardClock
+from tests.drivers.waveform_files.files import drum_block, write_csv, write_uff, write_wav
 
 
 class TestSimulatedWaveforms(DriverContract):
@@ -18,3 +25,41 @@ class TestSimulatedWaveformsOfAPoorKeyPhasorWhileTheClockIsSetBack(DriverContrac
         return SimulatedWaveforms(
             threshing_drum_example(), seed=2, clock=BackwardClock(), disturbance=disturbance, sequence_start=100
         )
+
+
+class FileContract(DriverContract):
+    """Each test gets a folder of its own, with a recording of 26 s: six blocks of two sensors, and a rest."""
+
+    name: str
+
+    @pytest.fixture(autouse=True)
+    def recording(self, tmp_path: Path) -> None:
+        self.path = tmp_path / self.name
+        self.layout = self.write(self.path)
+
+    def write(self, path: Path) -> Layout:
+        raise NotImplementedError
+
+    def make_driver(self) -> Driver:
+        return WaveformFile(self.path, self.layout, source="recording", sequence_start=7)
+
+
+class TestWavFile(FileContract):
+    name = "drum.wav"
+
+    def write(self, path: Path) -> Layout:
+        return write_wav(path, drum_block())
+
+
+class TestCsvFile(FileContract):
+    name = "drum.csv"
+
+    def write(self, path: Path) -> Layout:
+        return write_csv(path, drum_block())
+
+
+class TestUffFile(FileContract):
+    name = "drum.uff"
+
+    def write(self, path: Path) -> Layout:
+        return write_uff(path, drum_block())
