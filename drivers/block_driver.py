@@ -25,20 +25,27 @@ class TimedBlock:
 def reading_of(
     measured: Measured, *, source: str, sequence: int, taken_at: datetime, session_id: str | None
 ) -> Reading:
-    """State a measurement as the one Reading; harmonics and flags stay behind."""
-    scatter = measured.scatter
+    """State a measurement as the one Reading; harmonics and flags stay behind.
+
+    Numbers are rounded to 9 digits: the last ones depend on how a processor sums, and a block measured again on another
+    must give the same reading.
+    """
     return Reading(
         source=source,
         sequence=sequence,
         taken_at=taken_at,
         sensor=measured.channel.sensor,
-        amplitude=measured.amplitude,
-        phase_deg=measured.phase_deg,
-        speed_rpm=measured.speed_rpm,
-        scatter=scatter if scatter else None,
-        overall_rms=measured.overall_rms,
+        amplitude=_rounded(measured.amplitude),
+        phase_deg=_rounded(measured.phase_deg) % 360.0,
+        speed_rpm=_rounded(measured.speed_rpm),
+        scatter=_rounded(measured.scatter) if measured.scatter else None,
+        overall_rms=_rounded(measured.overall_rms),
         session_id=session_id,
     )
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.9g}")
 
 
 class BlockDriver(BaseDriver):

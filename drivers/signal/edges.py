@@ -29,13 +29,13 @@ def find_edges(
     straight line between the two samples around the crossing: for a step shorter than a sample it is off by less than
     half a sample, evenly to both sides.
 
-    Raises `InvalidSetting` for a wrong shape or rate, `SignalRefused` for a signal that does not move.
+    Raises `InvalidSetting` for a wrong shape, rate or sample, `SignalRefused` for a signal that does not move.
     """
     require(tacho.ndim == 1, f"shape {tacho.shape} of a tachometer signal", "be (n,)")
     require(0.0 < sample_rate_hz < float("inf"), f"sample_rate_hz {sample_rate_hz}", "be a number above 0")
     require(slope in ("rising", "falling"), f"slope {slope!r}", "be rising or falling")
-    signal = np.where(np.isfinite(tacho), tacho, np.nan)
-    seen = signal[~np.isnan(signal)]
+    seen = tacho[~np.isnan(tacho)]
+    require(bool(np.isfinite(seen).all()), "an infinite sample of a tachometer signal", "be a number, or NaN if lost")
     if seen.size < 2 or seen.min() == seen.max():
         raise SignalRefused(
             "the tachometer signal never moves: check the key-phasor, its cable and its supply", code="tacho"
@@ -45,7 +45,7 @@ def find_edges(
     half = (0.3 * (high - low) if hysteresis is None else hysteresis) / 2.0
     require(half >= 0.0, f"hysteresis {hysteresis}", "be >= 0")
     sign = 1.0 if slope == "rising" else -1.0
-    return _crossings(sign * (signal - level), half) / sample_rate_hz
+    return _crossings(sign * (tacho - level), half) / sample_rate_hz
 
 
 def _levels(seen: Floats) -> tuple[float, float]:
@@ -57,17 +57,13 @@ def _levels(seen: Floats) -> tuple[float, float]:
 
 def _crossings(above: Floats, half: float) -> Floats:
     """Places, in samples, where `above` crosses 0 upwards, each armed by a sample below -half, fired by one >= half."""
-    kind = np.where(above < -half, -1, np.where(above >= half, 1, 0))
-    if half == 0.0:
-        kind = np.where(above < 0.0, -1, np.where(above >= 0.0, 1, 0))
+    seen = np.flatnonzero(~np.isnan(above))
+    level = above[seen]
+    kind = np.where(level < -half, -1, np.where(level >= half, 1, 0))
     decided = np.flatnonzero(kind)
     fires = decided[1:][(kind[decided[1:]] > 0) & (kind[decided[:-1]] < 0)]
-    armed = decided[:-1][(kind[decided[1:]] > 0) & (kind[decided[:-1]] < 0)]
-    places = np.empty(len(fires))
-    for index, (before, after) in enumerate(zip(armed, fires, strict=True)):
-        span = np.arange(before, after + 1)
-        span = span[~np.isnan(above[span])]
-        last_below = int(np.flatnonzero(above[span] < 0.0)[-1])  # `before` itself is below, `after` is not
-        i, j = span[last_below], span[last_below + 1]
-        places[index] = i + (j - i) * above[i] / (above[i] - above[j])
-    return places
+    order = np.arange(len(level))
+    before = np.maximum.accumulate(np.where(level < 0.0, order, 0))[fires]  # the last one below, then the crossing
+    after = before + 1
+    share = level[before] / (level[before] - level[after])
+    return np.asarray(seen[before] + (seen[after] - seen[before]) * share, float)

@@ -21,6 +21,8 @@ MOST_REPAIRED = 0.1
 """Share of edges that may be missed, extra or out of place; a key-phasor worse than that needs a hand, not a repair."""
 LONGEST_GAP = 3
 """Edges missed in a row; over a longer gap the count of turns would rest on the speed being steady."""
+MOST_EDGES = 20_000
+"""Edges in a block: more than three minutes at 6000 r/min, or a key-phasor that sees noise."""
 OUT_OF_STEP = 0.12
 """Share of a turn by which an edge may differ from where the last period puts it, before it counts as extra."""
 OUT_OF_PLACE = 0.02
@@ -64,7 +66,7 @@ def turns_of(edges_s: Floats) -> Turns:
 
     An edge that is missing is counted over, one that comes between two turns or out of place is left out.
     Raises `InvalidSetting` for times that are not finite or do not increase, and `SignalRefused` (`too_short`: fewer
-    than 4 turns; `tacho`: more than a tenth of the edges would have to be repaired, or more than 3 in a row).
+    than 4 turns; `tacho`: more than 20,000 edges, or more than a tenth of them or 3 in a row would have to be repaired).
     """
     require(edges_s.ndim == 1, f"shape {edges_s.shape} of edges", "be (m,)")
     require(bool(np.isfinite(edges_s).all()), "an edge time", "be a finite number of seconds")
@@ -75,6 +77,12 @@ def turns_of(edges_s: Floats) -> Turns:
             f"{len(edges_s)} key-phasor edges in the block; {LEAST_TURNS + 1} are the least: record for longer, or "
             "check the key-phasor",
             code="too_short",
+        )
+    if len(edges_s) > MOST_EDGES:
+        raise SignalRefused(
+            f"{len(edges_s)} key-phasor edges in a block; {MOST_EDGES} are the most: take shorter blocks, or raise the "
+            "hysteresis if it sees noise",
+            code="tacho",
         )
     walks = [
         _walk(edges_s, start, float(np.median(gaps[start : start + few])))
@@ -102,9 +110,9 @@ def _walk(edges: Floats, start: int, period: float) -> tuple[list[int], list[int
 
 
 def _repairs(edges: Floats, walk: tuple[list[int], list[int]]) -> int:
-    """Edges missed and left out on a walk."""
+    """Edges missed and left out on a walk; one before its start weighs as a gap, or a gap would be cut off with it."""
     kept, numbers = walk
-    return (numbers[-1] + 1 - len(kept)) + (len(edges) - len(kept))
+    return (numbers[-1] + 1 - len(kept)) + (len(edges) - len(kept)) + LONGEST_GAP * kept[0]
 
 
 def _without_strays(edges: Floats, kept: list[int], numbers: list[int]) -> tuple[NDArray[np.intp], Floats]:

@@ -7,6 +7,7 @@ from datetime import datetime
 from typing import Any
 
 from db.documents.base import document
+from db.documents.machine import Machine
 from db.documents.run import BalancerAnswer
 from db.rows import BalancerAnswerRow, MachineRow, ReadingRow, SessionRow, SourceRow
 from db.store import Store
@@ -102,6 +103,13 @@ def highest_sequence(work: Work, source: str) -> int:
     """The highest number stored of a source, of readings or answers; -1 for none."""
     with work.database.read() as store:
         return max(store.highest_sequence(ReadingRow, source), store.highest_sequence(BalancerAnswerRow, source))
+
+
+def machine_behind(store: Store, source: str, session_id: str | None) -> Machine:
+    """The machine that readings of this source and session belong to. Raises NotFound and Conflict as `ingest` does."""
+    targets = _Targets(store)
+    machine: Machine = targets.machine(targets.machine_of(source, session_id, "session_id"))
+    return machine
 
 
 def ingest_answer(work: Work, answer: BalancerAnswer) -> StoredAnswer:

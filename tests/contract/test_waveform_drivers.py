@@ -11,7 +11,7 @@ from drivers.waveform_files.driver import WaveformFile
 from drivers.waveform_files.recording import Layout
 from tests.contract.driver_contract import DriverContract
 from tests.contract.test_simulated_driver import BackwardClock
-from tests.drivers.waveform_files.files import drum_block, write_csv, write_uff, write_wav
+from tests.drivers.waveform_files.files import recorded, write_csv, write_uff, write_wav
 
 
 class TestSimulatedWaveforms(DriverContract):
@@ -48,18 +48,18 @@ class TestWavFile(FileContract):
     name = "drum.wav"
 
     def write(self, path: Path) -> Layout:
-        return write_wav(path, drum_block())
+        return recorded(write_wav, path)
 
 
 class TestCsvFile(FileContract):
     name = "drum.csv"
 
     def write(self, path: Path) -> Layout:
-        return write_csv(path, drum_block())
+        return recorded(write_csv, path)
 
 
 class TestUffFile(FileContract):
     name = "drum.uff"
 
     def write(self, path: Path) -> Layout:
-        return write_uff(path, drum_block())
+        return recorded(write_uff, path)

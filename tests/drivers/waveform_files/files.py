@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import warnings
+from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from drivers.signal.block import Block, Channel, Floats
 from drivers.waveform import Disturbance, simulate_block
 from drivers.waveform_files.recording import Layout
 
-RATE = 1280.0
+RATE = 640.0
 FULL_SCALE = 5.0
 STARTED = datetime(2026, 5, 4, 8, 30, tzinfo=UTC)
 CHANNELS = (Channel("P", full_scale=FULL_SCALE), Channel("Q", full_scale=FULL_SCALE))
@@ -31,10 +32,10 @@ def drum_block(seconds: float = 26.0) -> Block:
 
 
 def tacho(block: Block) -> Floats:
-    """A pulse of 5 ms at each edge, with flanks as an anti-aliasing filter leaves them: three samples long."""
+    """A pulse of 20 ms at each edge, with flanks as an anti-aliasing filter leaves them: three samples long."""
     since = np.arange(block.samples.shape[1])[:, None] / RATE - block.edges_s[None, :]
     rising = np.clip(since * RATE / 3.0 + 0.5, 0.0, 1.0)
-    falling = np.clip((since - 0.005) * RATE / 3.0 + 0.5, 0.0, 1.0)
+    falling = np.clip((since - 0.02) * RATE / 3.0 + 0.5, 0.0, 1.0)
     return np.asarray((rising - falling).sum(axis=1), float)
 
 
@@ -43,6 +44,20 @@ def layout(names: tuple[str, str, str], **changes: Any) -> Layout:
     channels = tuple(zip(names[:2], CHANNELS, strict=True))
     stated: dict[str, Any] = {"channels": channels, "key_phasor": names[2], "started_at": STARTED}
     return Layout(**(stated | changes))
+
+
+_WRITTEN: dict[object, tuple[bytes, Layout]] = {}
+
+
+def recorded(write: Callable[..., Layout], path: Path, **options: Any) -> Layout:
+    """The drum's recording as `write` writes it; written once, for it takes longer than reading it."""
+    key = (write, *sorted(options.items()))
+    if key not in _WRITTEN:
+        used = write(path, drum_block(), **options)
+        _WRITTEN[key] = (path.read_bytes(), used)
+    contents, used = _WRITTEN[key]
+    path.write_bytes(contents)
+    return used
 
 
 def write_csv(path: Path, block: Block, separator: str = ",", point: str = ".", time: bool = True) -> Layout:

@@ -21,7 +21,16 @@ from drivers.waveform_files.driver import WaveformFile, read_recording
 from drivers.waveform_files.recording import Layout
 from drivers.waveform_files.wav_file import read_wav
 from tests.drivers.signal.analytic import apart
-from tests.drivers.waveform_files.files import RATE, STARTED, drum_block, layout, write_csv, write_uff, write_wav
+from tests.drivers.waveform_files.files import (
+    RATE,
+    STARTED,
+    drum_block,
+    layout,
+    recorded,
+    write_csv,
+    write_uff,
+    write_wav,
+)
 
 Writer = Callable[..., Layout]
 FORMATS: list[tuple[str, Writer, dict[str, Any]]] = [
@@ -45,7 +54,7 @@ class TestFormats:
         self, tmp_path: Path, name: str, write: Writer, options: dict[str, Any]
     ) -> None:
         path = tmp_path / name
-        used = write(path, drum_block(), **options)
+        used = recorded(write, path, **options)
         with WaveformFile(path, used, source="shed", block_s=8.0, session_id="s") as file:
             readings = list(file)
         assert [(one.sequence, one.sensor) for one in readings] == list(enumerate("PQPQPQ", start=1))
@@ -61,7 +70,7 @@ class TestFormats:
         self, tmp_path: Path, name: str, write: Writer, options: dict[str, Any]
     ) -> None:
         path = tmp_path / name
-        used = replace(write(path, drum_block(), **options), key_phasor="nowhere")
+        used = replace(recorded(write, path, **options), key_phasor="nowhere")
         with pytest.raises(UnreadableFile, match=r"no column 'nowhere'.*columns are"):
             WaveformFile(path, used, source="shed").open()
 
@@ -69,7 +78,7 @@ class TestFormats:
 class TestDriver:
     def test_the_same_file_gives_the_same_readings_in_every_run_and_after_any_stop(self, tmp_path: Path) -> None:
         path = tmp_path / "a.wav"
-        used = write_wav(path, drum_block())
+        used = recorded(write_wav, path)
         with WaveformFile(path, used, source="shed") as file:
             at_once = list(file)
         stopped = WaveformFile(path, used, source="shed")
@@ -84,13 +93,13 @@ class TestDriver:
 
     def test_a_file_shorter_than_a_block_is_one_block(self, tmp_path: Path) -> None:
         path = tmp_path / "a.wav"
-        used = write_wav(path, drum_block())
+        used = recorded(write_wav, path)
         with WaveformFile(path, used, source="shed", block_s=60.0) as file:
             assert len(list(file)) == 2
 
     def test_blocks_without_a_reading_are_counted_refused(self, tmp_path: Path) -> None:
         path = tmp_path / "a.wav"
-        used = write_wav(path, drum_block())
+        used = recorded(write_wav, path)
         with WaveformFile(path, used, source="shed", block_s=0.4) as file:
             assert list(file) == []
             assert file.health().refused == 2 * int(26.0 / 0.4)
@@ -108,14 +117,14 @@ class TestDriver:
 class TestUnits:
     def test_a_wav_file_needs_the_full_scale(self, tmp_path: Path) -> None:
         path = tmp_path / "a.wav"
-        used = write_wav(path, drum_block())
+        used = recorded(write_wav, path)
         with pytest.raises(InvalidSetting, match="full_scale of 'P'"):
             WaveformFile(path, replace(used, channels=(("1", Channel("P")),)), source="shed").open()
 
     @pytest.mark.parametrize("raw", [{"raw_quantity": "velocity", "raw_unit": "mm/s"}, {"raw_unit": "g"}])
     def test_a_universal_file_that_states_another_unit_is_refused(self, tmp_path: Path, raw: dict[str, Any]) -> None:
         path = tmp_path / "a.uff"
-        used = write_uff(path, drum_block())
+        used = recorded(write_uff, path)
         with pytest.raises(UnreadableFile, match="correct the layout"):
             WaveformFile(path, replace(used, channels=(("1+Z", Channel("P", **raw)),)), source="shed").open()
 
@@ -186,7 +195,7 @@ class TestWav:
 
     def test_damage(self, tmp_path: Path) -> None:
         path = tmp_path / "a.wav"
-        write_wav(path, drum_block())
+        recorded(write_wav, path)
         good = path.read_bytes()
 
         def wrong(contents: bytes, words: str) -> None:
@@ -202,7 +211,7 @@ class TestWav:
         wrong(good[:24] + struct.pack("<I", 0) + good[28:], "at 0 Hz")
         wrong(good[:48], "0 bytes of samples")
         not_a_number = struct.pack("<f", float("nan"))
-        write_wav(path, drum_block(), bits=32, code=3)
+        recorded(write_wav, path, bits=32, code=3)
         wrong(path.read_bytes()[:-4] + not_a_number, "no finite numbers")
 
 
@@ -222,7 +231,7 @@ class TestUff:
 
     def test_a_file_cut_short(self, tmp_path: Path) -> None:
         path = tmp_path / "a.uff"
-        used = write_uff(path, drum_block(), binary=0)
+        used = recorded(write_uff, path, binary=0)
         text = path.read_text().splitlines(keepends=True)
         path.write_text("".join(text[:500] + text[520:]))
         with pytest.raises(UnreadableFile, match="are announced"):
