@@ -145,6 +145,7 @@ def bridge(
     planes: canbus.Planes = "1,2",
     j1939: canbus.J1939 = False,
     simulated: Annotated[bool, typer.Option("--simulated", help="Read a simulated drum instead of a bus.")] = False,
+    replay: Annotated[Path | None, typer.Option(help="Read a recording instead, at once and to its end.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Which simulated drum.")] = 1,
     interval: Annotated[float, typer.Option(min=0.0001, help="Seconds between its readings.")] = 1.0,
     spool: Annotated[Path | None, typer.Option(dir_okay=False, help="File that keeps what waits.")] = None,
@@ -153,8 +154,8 @@ def bridge(
     send_again: Annotated[bool, typer.Option("--send-again", help="First send what was set aside before.")] = False,
 ) -> None:
     """Carry a balancer's readings from a CAN bus to a service, keeping them on disk until the service has them."""
-    if bool(can) == simulated:
-        raise typer.BadParameter("name a bus, or --simulated", param_hint="--can")
+    if [bool(can), simulated, replay is not None].count(True) != 1:
+        raise typer.BadParameter("name a bus, or --simulated, or a recording with --replay", param_hint="--can")
     from service.cli.bridging import bridge_until_stopped, bus_choice
 
     bridge_until_stopped(
@@ -163,8 +164,77 @@ def bridge(
         source=source,
         spool=spool,
         max_bytes=max_spool_mb * 1024 * 1024,
+        replay=replay,
         seed=seed,
         interval_s=interval,
         status_s=status,
         send_again=send_again,
+    )
+
+
+@app.command()
+def record(
+    file: Annotated[Path, typer.Argument(dir_okay=False, help="New file, JSON Lines of readings (.jsonl).")],
+    can: canbus.Bus = "",
+    mapping: canbus.MappingFile = None,
+    source: Annotated[str, typer.Option(help="Name of the source.")] = "can",
+    sensors: canbus.Sensors = "P,Q",
+    j1939: canbus.J1939 = False,
+    simulated: Annotated[bool, typer.Option("--simulated", help="Record a simulated drum instead of a bus.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Which simulated drum.")] = 1,
+    interval: Annotated[float, typer.Option(min=0.0001, help="Seconds between its readings.")] = 1.0,
+    count: Annotated[int | None, typer.Option(min=1, help="Stop after so many readings.")] = None,
+) -> None:
+    """Record a balancer's readings from a CAN bus into a file."""
+    if bool(can) == simulated:
+        raise typer.BadParameter("name a bus, or --simulated", param_hint="--can")
+    from service.cli.bridging import bus_choice
+    from service.cli.replaying import record_until_stopped
+
+    bus = bus_choice(can, mapping, sensors, "", j1939=j1939) if can else None
+    record_until_stopped(file, bus, source, seed, interval, count)
+
+
+@app.command()
+def replay(
+    path: Annotated[Path, typer.Argument(exists=True, help="Recording, session log or CAN log; --compare: a folder.")],
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Solve all session logs of a folder again and list what changed.")
+    ] = False,
+    to: Annotated[str, typer.Option(help="Way out of the readings: http or can.")] = "http",
+    url: Annotated[str, typer.Option(help="Service to send the readings to.")] = "http://127.0.0.1:8000",
+    can: canbus.Bus = "udp_multicast",
+    mapping: canbus.MappingFile = None,
+    sensors: canbus.Sensors = "P,Q",
+    j1939: canbus.J1939 = False,
+    source: Annotated[str | None, typer.Option(help="Name of the source; default: the file's.")] = None,
+    speed: Annotated[float | None, typer.Option(min=0.001, help="Times as fast as it was; default: at once.")] = None,
+    as_now: Annotated[bool, typer.Option("--as-now", help="Move the times so that the first is now.")] = False,
+    keep_going: Annotated[bool, typer.Option("--keep-going", help="Pass over errors in the file.")] = False,
+) -> None:
+    """Replay a log to a service or onto a CAN bus, or compare old sessions' answers with today's."""
+    if to not in ("http", "can"):
+        raise typer.BadParameter(f"{to!r} is no way out; use http or can", param_hint="--to")
+    if compare != path.is_dir():
+        raise typer.BadParameter("--compare takes a folder, a replay one file", param_hint="PATH")
+    if compare:
+        from service.cli.comparing import compare_folder, summary
+
+        found = compare_folder(path, lambda line: print(line, flush=True))
+        print(summary(found))
+        raise SystemExit(any(one.changed or one.error for one in found))
+    from service.cli.replaying import replay_file
+
+    replay_file(
+        path,
+        to=to,
+        url=url,
+        bus=can,
+        mapping=mapping,
+        sensors=sensors,
+        j1939=j1939,
+        source=source,
+        speed=speed,
+        as_now=as_now,
+        keep_going=keep_going,
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -22,9 +21,11 @@ from drivers.errors import DeliveryFailed, DeliveryRefused
 from drivers.http_out import HttpOut
 from drivers.protocol import Driver
 from drivers.reading import Answer, Entry, Reading
+from drivers.replay import ReplayDriver
 from drivers.simulated import SimulatedDrum, threshing_drum_example
 from drivers.spool import MemorySpool, Spool
 from service.cli.canbus import mapping_of
+from service.cli.signals import on_stop
 from service.errors import DrumtrueError
 from service.usecases import readings
 from service.usecases.work import Work
@@ -52,36 +53,37 @@ def bridge_until_stopped(
     source: str,
     spool: Path | None,
     max_bytes: int,
+    replay: Path | None,
     seed: int,
     interval_s: float,
     status_s: float,
     send_again: bool,
 ) -> None:
-    """Bridge a bus, else a simulated drum, until SIGINT or SIGTERM. Raises what opening bus or spool raises."""
-    stop, clock = _stopped_by_signals(), SystemClock()
+    """Bridge a bus, else a recording to its end, else a simulated drum, until SIGINT or SIGTERM.
+
+    Raises what opening bus, recording or spool raises.
+    """
+    stop, clock = threading.Event(), SystemClock()
+    on_stop(stop.set)
     path = spool or DEFAULT_SPOOL / f"{''.join(c if c.isalnum() or c in '-_.' else '_' for c in source)}.db"
     with Spool(path, max_bytes=max_bytes) as kept:
         if send_again:
             _tell(f"{kept.send_again()} readings that were set aside are sent again")
-        first = max(kept.highest(source) + 1, first_sequence())
+        highest = kept.highest(source)
+        first = max(highest + 1, first_sequence())
         driver: Driver
+        describe: Callable[[], str] = str
         answers: list[Callable[[Answer], None]] = []
-        if bus is None:
+        if bus is not None:
+            driver = can = _can_driver(bus, source, first, answers)
+            describe = can.bus_state
+        elif replay is not None:
+            driver = ReplayDriver(replay, clock=clock, source=source, after=highest)
+        else:
             drum = threshing_drum_example(seed)
             driver = SimulatedDrum(
                 drum, seed=seed, clock=clock, source=source, sequence_start=first, interval_s=interval_s
             )
-            describe: Callable[[], str] = str
-        else:
-            can = CanDriver(
-                bus.address,
-                bus.mapping,
-                clock=clock,
-                source=source,
-                sequence_start=first,
-                on_answer=lambda answer: answers[0](answer),
-            )
-            driver, describe = can, can.bus_state
         bridge = Bridge(
             driver,
             kept,
@@ -95,10 +97,22 @@ def bridge_until_stopped(
             describe=describe,
         )
         answers.append(bridge.offer)
-        _tell(f"bridge: {bus.address if bus else 'simulated drum'} as {source!r} -> {path} -> {url}")
+        _tell(f"bridge: {bus.address if bus else replay or 'simulated drum'} as {source!r} -> {path} -> {url}")
         if kept.waiting():
             _tell(f"{kept.waiting()} readings wait from before")
         bridge.run()
+
+
+def _can_driver(bus: BusChoice, source: str, first: int, answers: list[Callable[[Answer], None]]) -> CanDriver:
+    """answers: holds, once the driver runs, who takes the balancer's own corrections."""
+    return CanDriver(
+        bus.address,
+        bus.mapping,
+        clock=SystemClock(),
+        source=source,
+        sequence_start=first,
+        on_answer=lambda answer: answers[0](answer),
+    )
 
 
 def first_sequence() -> int:
@@ -111,14 +125,7 @@ def listening(work: Work, bus: BusChoice, source: str, status_s: float = 60.0) -
     """Read a bus into the database for the length of a block. Raises what opening the bus raises."""
     stop = threading.Event()
     answers: list[Callable[[Answer], None]] = []
-    driver = CanDriver(
-        bus.address,
-        bus.mapping,
-        clock=SystemClock(),
-        source=source,
-        sequence_start=max(readings.highest_sequence(work, source) + 1, first_sequence()),
-        on_answer=lambda answer: answers[0](answer),
-    )
+    driver = _can_driver(bus, source, max(readings.highest_sequence(work, source) + 1, first_sequence()), answers)
     bridge = Bridge(
         driver,
         MemorySpool(),
@@ -177,13 +184,6 @@ class IntoDatabase:
 def _answer(answer: Answer) -> BalancerAnswer:
     masses = tuple(MassOnRotor(plane=plane, mass_g=mass, angle_deg=angle) for plane, mass, angle in answer.masses)
     return BalancerAnswer(source=answer.source, sequence=answer.sequence, taken_at=answer.taken_at, masses=masses)
-
-
-def _stopped_by_signals() -> threading.Event:
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
-    return stop
 
 
 def _tell(line: str) -> None:

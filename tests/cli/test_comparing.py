@@ -1,0 +1,69 @@
+"""Old sessions solved again: what is the same, what changed, what cannot be solved, over several processes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from db.documents.base import to_plain
+from drivers.clock import ManualClock
+from drivers.drum import FittedMass
+from drivers.simulated import SimulatedDrum, threshing_drum_example
+from service.cli.comparing import compare_folder, compare_one, summary
+from service.cli.hardware import catalogue_of, machine_of
+from service.errors import InvalidInput
+from service.usecases.resolving import read_log, resolve
+
+PIECES: tuple[list[FittedMass], ...] = ([], [FittedMass("1", 200.0, 0.0)], [FittedMass("2", 200.0, 0.0)])
+
+
+def old_session(folder: Path, name: str, seed: int) -> Path:
+    """A session as it was logged, with its answers."""
+    spec = threshing_drum_example(seed)
+    log: dict[str, object] = {"format": "drumtrue-session", "machine": machine_of(spec, f"drum {seed}")}
+    log["catalogue"] = catalogue_of("box")
+    runs = []
+    with SimulatedDrum(spec, seed=seed, clock=ManualClock()) as drum:
+        for pieces in PIECES:
+            drum.fit_masses(pieces)
+            stated = [
+                {"sensor": one.sensor, "amplitude": one.amplitude, "phase_deg": one.phase_deg}
+                for one in drum.measure(1)
+            ]
+            masses = [{"plane": p.plane, "mass_g": p.mass_g, "angle_deg": p.angle_deg} for p in pieces]
+            runs.append({"kind": "trial" if pieces else "initial", "masses": masses, "readings": stated})
+    log["runs"] = runs
+    text = json.dumps(log)
+    answers = to_plain(resolve(read_log(text)))
+    path = folder / name
+    path.write_text(json.dumps(log | {"corrections": answers["corrections"], "plans": answers["plans"]}))
+    return path
+
+
+def test_every_answer_that_changed_is_listed_and_only_those(tmp_path: Path) -> None:
+    for seed in (1, 2):
+        old_session(tmp_path, f"same{seed}.json", seed)
+    changed = old_session(tmp_path, "changed.json", 3)
+    log = json.loads(changed.read_text())
+    log["corrections"][0]["corrections"][0]["mass_g"] += 1.0
+    changed.write_text(json.dumps(log))
+    (tmp_path / "broken.json").write_text("{")
+    said: list[str] = []
+    found = {Path(one.path).name: one for one in compare_folder(tmp_path, said.append, workers=2)}
+    assert found["same1.json"].changed == found["same2.json"].changed == ()
+    assert found["same1.json"].answers == 2
+    assert [line.split(":")[0] for line in found["changed.json"].changed] == ["correction 1"]
+    assert found["broken.json"].error is not None
+    assert summary(list(found.values())) == "4 sessions, 6 answers: 1 sessions changed, 1 could not be solved"
+    assert [line.split("]")[0] for line in said if line.startswith("[")] == ["[1/4", "[2/4", "[3/4", "[4/4"]
+
+
+def test_a_file_that_is_gone_is_told_not_raised(tmp_path: Path) -> None:
+    assert "cannot be read" in (compare_one(str(tmp_path / "gone.json")).error or "")
+
+
+def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="holds no session log"):
+        compare_folder(tmp_path, print)
