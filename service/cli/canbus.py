@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivers.can_mapping import CanMapping
+if TYPE_CHECKING:
+    from drivers.can_mapping import CanMapping
 
 Bus = Annotated[
     str,

@@ -40,7 +40,7 @@ def serve_until_stopped(
         if bus is None:
             _server(settings, "info").run(sockets=[listener])
             return
-        from service.cli.bridging import listening
+        from service.cli.listening import listening
 
         work = bootstrap.build_work(settings)
         try:

@@ -57,6 +57,10 @@ class Process:
         self.popen.terminate()
         return self._end(seconds)
 
+    def ended(self, seconds: float = 120.0) -> int:
+        """The status it ends with by itself."""
+        return self._end(seconds)
+
     def _end(self, seconds: float = 20.0) -> int:
         status = self.popen.wait(seconds)
         self._reader.join(seconds)
