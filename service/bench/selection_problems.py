@@ -17,8 +17,8 @@ from service.balancing.objectives import components, relative_reactions, residua
 from service.balancing.phasors import ComplexArray, FloatArray
 from service.balancing.rotor import inherent_reactions, reaction_matrix
 from service.balancing.selection import UNLIMITED, Objective, SelectionPlane, SelectionProblem, Stock
+from service.usecases.fitting import Fitted
 from service.usecases.scatter import objective_scatter
-from service.usecases.solving import Fitted
 
 THESIS_MASSES = (10.0, 20.0, 50.0, 100.0, 200.0, 300.0)
 RICH_MASSES = (10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 75.0, 100.0, 120.0, 150.0, 200.0, 300.0)
@@ -104,9 +104,9 @@ def uncertainty_of(objective: Objective, name: ObjectiveName, influence: Complex
     """What a plan takes as uncertainty where as found and a trial run a plane are read with `SCATTER`."""
     masses = np.concatenate([np.zeros((1, len(target))), 200.0 * np.eye(len(target))]).astype(np.complex128)
     vibration = (masses - target) @ influence.T
-    fit = fit_influence(RunSet(masses, vibration, SCATTER * np.abs(vibration)))
+    runs = RunSet(masses, vibration, SCATTER * np.abs(vibration))
     request = PlanRequest(correction_id="bench", objective=name)
-    return objective_scatter(objective, request, Fitted((), fit), target)
+    return objective_scatter(objective, request, Fitted((), fit_influence(runs), runs), target)
 
 
 def _influence(sensors: int, planes: int) -> ComplexArray:
