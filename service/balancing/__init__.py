@@ -29,6 +29,7 @@ placements      vector sums and limits of a selection
 exhaustive      every selection of a small problem, tried
 jaya            modified Jaya on the selection problem
 certified       modified Jaya, then the exact search
+descent         single changes that make a selection better
 exact           the best selection and the proof, level by level
 alternatives    the next best, fewer pieces, the fewest within a limit
 fitted          pieces that are on the rotor already

@@ -10,10 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 
 from service.balancing.checks import validate
+from service.balancing.descent import descend
 from service.balancing.joint import PlaneList, combine, combine_up_to
 from service.balancing.objectives import evaluate
 from service.balancing.opened import Opened, opened
@@ -31,6 +33,16 @@ LARGEST_LIST = 1_000_000
 """Selections of one plane that one level may list; beyond that the search ends with what is proved."""
 FEW = 4
 """Pieces a plane that are searched first where more are allowed: they take little time and are hard to beat."""
+PATIENCE = 2
+"""Levels without a proof before the best selection so far is improved by single changes."""
+CAUTION = 0.125
+"""Part of the way from the bound to the best so far that the first level goes where densities are hard to guess."""
+LEAST_STEP = 1e-6
+"""Least height of the second level over the bound, as a part of the greatest value there is."""
+QUICK_LIST, QUICK_RATED = 100_000, 1_000_000
+"""Selections of one plane, and of all, that a level may look at where it only looks for a better selection."""
+AT_ONCE = 1e5
+"""Joint selections that are looked at in one level."""
 STEP = 2.0
 """Growth of the level over the continuous bound from one level to the next."""
 EXPECTED = 4.0
@@ -73,9 +85,9 @@ class _Search:
         empty: Selection = tuple(() for _ in self.problem.planes)
         self.record = Record(keep, self._value(empty), good_enough)
         self.values_count = good_enough <= 0.0
-        self._offer(empty)
+        self.offer(empty)
         if start is not None:
-            self._offer(whole.narrow(start))
+            self.offer(whole.narrow(start))
         self.floor = 0.0
 
     def state(self, *, proved: bool = False, exhausted: bool = False) -> ExactState:
@@ -93,7 +105,8 @@ class _Search:
     def _value(self, selection: Selection) -> float:
         return float(evaluate(self.problem.objective, vectors_of(self.problem, selection)))
 
-    def _offer(self, selection: Selection) -> None:
+    def offer(self, selection: Selection) -> None:
+        """Rate one selection of the open planes."""
         mass = effective_g(self.problem.stock)
         items = [piece.item for pieces in selection for piece in pieces]
         scarcity = float((1.0 / self.problem.stock.counts[items]).sum())
@@ -123,6 +136,8 @@ def search_exact(
     bounds = bounds_of(search.problem)
     search.floor = bounds.floor
     yield search.state()
+    if bounds.dual is not None:
+        yield from _descend(search)
     most = max(placements_of(plane, search.problem.stock, most_pieces).most for plane in search.problem.planes)
     quick = most > FEW and (yield from _levels(search, bounds, FEW))
     if (yield from _levels(search, bounds, None)):
@@ -141,11 +156,19 @@ def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[Exac
     halves = yield from _halves(search, rung)
     complete = rung is None and all(h.complete for h in halves)
     ceiling = greatest(bounds)
-    level = yield from _first_level(search, bounds, halves, min(search.record.cap, ceiling))
-    while True:
+    highest = min(search.record.cap, ceiling)
+    if math.prod(half.selections for half in halves) <= AT_ONCE:
+        level = highest
+    else:
+        level = yield from _first_level(search, bounds, halves, highest)
+        if bounds.dual is not None:
+            level = min(level, bounds.floor + CAUTION * (highest - bounds.floor))
+    for number in count():
+        if number == PATIENCE and bounds.dual is None:
+            yield from _descend(search)
         level = min(level, search.record.cap * (1.0 + 2.0 * TIE), ceiling)
         region = ellipsoid(bounds, level)
-        if region is not None and not (yield from _search_level(search, halves, region)):
+        if region is not None and not (yield from _search_level(search, halves, region, quick=rung is not None)):
             return False
         reached = search.record.cap <= level or level >= ceiling
         if complete and search.values_count:
@@ -153,7 +176,17 @@ def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[Exac
         yield search.state(proved=complete and reached)
         if reached:
             return complete or rung is not None
-        level = bounds.floor + STEP * (level - bounds.floor)
+        level = bounds.floor + max(STEP * (level - bounds.floor), LEAST_STEP * (ceiling - bounds.floor))
+    return False  # pragma: no cover - the levels end by themselves
+
+
+def _descend(search: _Search) -> Iterator[ExactState]:
+    """Improve the best selection by single changes: a level that meets it ends the search."""
+    placements = [placements_of(plane, search.problem.stock, search.most) for plane in search.problem.planes]
+    for better in descend(search.problem, placements, search.record.entries[0].selection, search.most):
+        if better is not None:
+            search.offer(better)
+        yield search.state()
 
 
 def _halves(search: _Search, rung: int | None) -> Generator[ExactState, None, list[Halves]]:
@@ -177,8 +210,12 @@ def _halves(search: _Search, rung: int | None) -> Generator[ExactState, None, li
     return halves
 
 
-def _search_level(search: _Search, halves: list[Halves], region: Ellipsoid) -> Generator[ExactState, None, bool]:
-    """Search one ellipsoid completely; False where its lists grow too long."""
+def _search_level(
+    search: _Search, halves: list[Halves], region: Ellipsoid, *, quick: bool
+) -> Generator[ExactState, None, bool]:
+    """Search one ellipsoid completely; False where its lists grow too long, or `quick` takes too long."""
+    longest, rated = (QUICK_LIST, QUICK_RATED) if quick else (LARGEST_LIST, math.inf)
+    spent = 0
     lists: list[PlaneList] = []
     for p, (half, plane) in enumerate(zip(halves, search.problem.planes, strict=True)):
         centre, shape = _shadow(region, p)
@@ -187,7 +224,7 @@ def _search_level(search: _Search, halves: list[Halves], region: Ellipsoid) -> G
         for part in near(half, centre - plane.fixed, shape, 1.0 + TIE):
             found += [part] if len(part) else []
             total += len(part)
-            if total > LARGEST_LIST:
+            if total > longest:
                 return False
             yield search.state()
         if not found:
@@ -198,6 +235,9 @@ def _search_level(search: _Search, halves: list[Halves], region: Ellipsoid) -> G
     for joint in joints:
         values = evaluate(search.problem.objective, joint.vectors)
         search.evaluations += len(values)
+        spent += len(values)
+        if spent > rated:
+            return False
         search.record.rate(joint, values, search.problem.stock.counts)
         yield search.state()
     return True

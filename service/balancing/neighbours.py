@@ -15,6 +15,9 @@ from service.balancing.phasors import ComplexArray, FloatArray, IntArray
 CHUNK = 60_000
 """Pairs looked at between two stops: ten or twenty milliseconds with what callers do with them."""
 
+ROUNDING = 1e-13
+"""Part of the greatest key by which windows are widened, so that rounding loses no pair."""
+
 
 class Columns:
     """Points (n,) of the complex plane, sorted for searches of radius up to about `radius`."""
@@ -59,6 +62,7 @@ class Columns:
     def _windows(self, queries: ComplexArray, radii: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
         """Query of each window, and its range in the sorted keys, empty windows left out."""
         x, y = queries.real - self._low.real, queries.imag - self._low.imag
+        radii = radii + ROUNDING * self._stride * (self._last + 1.0)
         first = np.maximum(np.floor((x - radii) / self._width), 0.0)
         last = np.minimum(np.floor((x + radii) / self._width), self._last)
         columns = np.maximum(last - first + 1.0, 0.0).astype(np.int64)
@@ -67,8 +71,7 @@ class Columns:
         query = np.repeat(np.arange(len(queries)), columns)
         step = np.arange(len(query)) - np.repeat(np.cumsum(columns) - columns, columns)
         base = (first[query] + step) * self._stride
-        reach = np.minimum(radii[query], self._stride / 4.0)
-        low = np.searchsorted(self._key, base + np.maximum(y[query] - reach, -0.25 * self._stride), side="left")
-        high = np.searchsorted(self._key, base + np.minimum(y[query] + reach, 0.5 * self._stride), side="right")
+        low = np.searchsorted(self._key, base + np.maximum(y[query] - radii[query], -0.25 * self._stride), side="left")
+        high = np.searchsorted(self._key, base + np.minimum(y[query] + radii[query], 0.5 * self._stride), side="right")
         some = high > low
         return query[some], low[some], high[some]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.balancing.phasors import ComplexArray, FloatArray
+from service.balancing.phasors import ComplexArray, FloatArray, IntArray
 from service.balancing.placements import effective_g, slots
 from service.balancing.selection import SelectionPlane, SelectionProblem, Stock
 
@@ -17,11 +17,38 @@ MOST_SORTED = 4096
 
 
 @dataclass(frozen=True)
+class SharedReach:
+    """How far all planes together reach with one box: slots per plane, and the heaviest pieces that fill them.
+
+    fixed: (P,) g. turns, room: per plane, unit vectors of the open positions and pieces each takes. most: (P,) pieces.
+    heaviest: (K,) g, descending.
+    """
+
+    fixed: ComplexArray
+    turns: tuple[ComplexArray, ...]
+    room: tuple[IntArray, ...]
+    most: tuple[int, ...]
+    heaviest: FloatArray
+
+    def least(self, g: ComplexArray) -> float:
+        """Bound sum_p Re(conj(g_p) u_p) from below: heaviest pieces where they count most, limits in grams aside."""
+        worth = []
+        for weight, turn, room, most in zip(g, self.turns, self.room, self.most, strict=True):
+            along = np.maximum(-(np.conj(weight) * turn).real, 0.0)
+            order = np.argsort(-along, kind="stable")
+            worth.append(np.repeat(along[order], room[order])[:most])
+        slots_by_worth = np.sort(np.concatenate(worth))[::-1]
+        used = min(len(slots_by_worth), len(self.heaviest))
+        return float((np.conj(g) * self.fixed).real.sum() - slots_by_worth[:used] @ self.heaviest[:used])
+
+
+@dataclass(frozen=True)
 class Reach:
     """Outer bounds of the vector sums of P planes.
 
     normals: (K,) unit vectors. support: (P, K), Re(conj(normal) u_p) <= support for every selection. centre: (P,) and
-    radius: (P,), a disc around each polygon, g. corners: (P, K) of the polygons.
+    radius: (P,), a disc around each polygon, g. corners: (P, K) of the polygons. shared: where one box is too small to
+    fill every plane as if it were alone.
     """
 
     normals: ComplexArray
@@ -29,15 +56,26 @@ class Reach:
     centre: ComplexArray
     radius: FloatArray
     corners: ComplexArray
+    shared: SharedReach | None
 
     def contains(self, u: ComplexArray) -> bool:
-        """Whether every u_p of u (P,) lies within its polygon."""
+        """Whether every u_p of u (P,) lies within its polygon, and all of them within the box as far as u tells."""
         along = (np.conj(self.normals)[None, :] * u[:, None]).real
-        return bool((along <= self.support).all())
+        if not (along <= self.support).all():
+            return False
+        if self.shared is None:
+            return True
+        g = self.shared.fixed - u
+        return bool((np.conj(g) * u).real.sum() >= self.shared.least(g))
 
     def least(self, g: ComplexArray) -> FloatArray:
         """Least value (P,) of Re(conj(g_p) u_p) over the polygons, for g (P,)."""
         return np.asarray((np.conj(g)[:, None] * self.corners).real.min(axis=1), dtype=np.float64)
+
+    def least_together(self, g: ComplexArray) -> float:
+        """Bound sum_p Re(conj(g_p) u_p) from below."""
+        apart = float(self.least(g).sum())
+        return apart if self.shared is None else max(apart, self.shared.least(g))
 
 
 def reach_of(problem: SelectionProblem) -> Reach:
@@ -48,7 +86,24 @@ def reach_of(problem: SelectionProblem) -> Reach:
     support = own + (np.conj(normals)[None, :] * fixed[:, None]).real
     corners = _corners(normals, support)
     centre = corners.mean(axis=1)
-    return Reach(normals, support, centre, np.abs(corners - centre[:, None]).max(axis=1), corners)
+    return Reach(normals, support, centre, np.abs(corners - centre[:, None]).max(axis=1), corners, _shared(problem))
+
+
+def _shared(problem: SelectionProblem) -> SharedReach | None:
+    """What the box limits in all planes together; None where it could fill each plane as if it were alone."""
+    most = [slots(plane, problem.stock) for plane in problem.planes]
+    alone = sum(_heaviest(problem.stock, many)[1] for many in most)
+    heaviest, together = _heaviest(problem.stock, sum(most))
+    if together >= alone * (1.0 - 1e-12) or sum(most) > MOST_SORTED:
+        return None
+    opens = [np.flatnonzero((plane.capacity > 0) & (plane.capacity_g > 0.0)) for plane in problem.planes]
+    return SharedReach(
+        fixed=np.array([plane.fixed for plane in problem.planes]),
+        turns=tuple(np.exp(1j * p.angles[at]) for p, at in zip(problem.planes, opens, strict=True)),
+        room=tuple(np.minimum(p.capacity[at], many) for p, at, many in zip(problem.planes, opens, most, strict=True)),
+        most=tuple(most),
+        heaviest=heaviest,
+    )
 
 
 def _support(plane: SelectionPlane, stock: Stock, normals: ComplexArray) -> FloatArray:

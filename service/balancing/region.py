@@ -31,10 +31,13 @@ SMOOTHING_STEP = 0.8
 SMALLEST_SMOOTHING = 1e-7
 SETTLED = 1e-6
 TINY = 1e-300
+MOST_CUTS = 60
 VOLUME_STEPS = 80
 VOLUME_SETTLED = 1e-3
 SLACK = 1e-9
 """Relative: what rounding may add to a quadratic that holds exactly."""
+THIN = 1e-7
+"""Least thickness of the layer between the bound and z, as a part of z: thinner ones are lost in rounding."""
 
 
 @dataclass(frozen=True)
@@ -90,14 +93,28 @@ def ellipsoid(bounds: Bounds, z: float) -> Ellipsoid | None:
         scale = len(bounds.rows) if bounds.norm == "max" else 1.0
         form = flat.T @ flat / (scale * z**2 * (1.0 + SLACK))
         return Ellipsoid(_real(bounds.continuous), form)
+    try:
+        return _tightened(bounds, bounds.dual, z)
+    except np.linalg.LinAlgError:  # rounding has made the quadratics singular
+        return _discs(bounds)
+
+
+def _tightened(bounds: Bounds, dual: FloatArray, z: float) -> Ellipsoid | None:
+    """Small ellipsoid, its own extent taken to bound the residuals and with them a smaller one."""
     longest = np.full(len(bounds.rows), z)
     found: Ellipsoid | None = None
     for _ in range(3):
-        found = _smallest(_quadratics(bounds, bounds.dual, z, longest))
+        found = _smallest(_quadratics(bounds, dual, z, longest))
         if found is None or bounds.norm == "rms":
             return found
         longest = np.minimum(longest, _longest(found, bounds))
     return found
+
+
+def _discs(bounds: Bounds) -> Ellipsoid:
+    """Ellipsoid of everything that the planes can reach."""
+    radius = np.maximum(bounds.reach.radius, 1e-9)
+    return Ellipsoid(_real(bounds.reach.centre), np.diag(np.repeat(1.0 / (len(radius) * radius**2), 2)))
 
 
 def greatest(bounds: Bounds) -> float:
@@ -134,8 +151,9 @@ def _continuous_optimum(
     best = (np.inf, np.zeros(rows.shape[2]))
     dual, floor = np.zeros(offsets.shape), 0.0
     smoothing = 1.0
+    cuts: list[FloatArray] = []
     for step in range(REWEIGHTINGS):
-        x = _least_squares(weight, rows, offsets, reach)
+        x = _least_squares(weight, rows, offsets, reach, cuts)
         r = rows @ x + offsets
         length = np.sqrt((r**2).sum(axis=1))
         longest = max(float(length.max()), TINY)
@@ -150,14 +168,30 @@ def _continuous_optimum(
             smoothing = max(SMOOTHING_STEP * smoothing, SMALLEST_SMOOTHING)
             weight = 1.0 / np.sqrt(length**2 + (smoothing * longest) ** 2)
             y = weight[:, None] * r
+        outside = _cut(x, y, rows, reach)
+        if outside is not None:
+            cuts = [*cuts[-MOST_CUTS:], outside]
+            continue
         best = min(best, (value, x), key=lambda pair: pair[0])
-        if step % 4 == 0 or norm == "rms":
+        if step % 4 == 0 or norm == "rms" or cuts:
             dual, floor = max(
                 (dual, floor), *(_rated(c, rows, offsets, reach) for c in (y, _stationary(y, rows))), key=lambda d: d[1]
             )
-            if norm == "rms" or best[0] - floor <= SETTLED * best[0]:
+            if best[0] - floor <= SETTLED * best[0]:
                 break
     return best[1], dual, floor
+
+
+def _cut(x: FloatArray, y: FloatArray, rows: FloatArray, reach: Reach) -> FloatArray | None:
+    """Half-space (n + 1,), normal.x <= last entry, of what the box can supply, where x lies outside it along y."""
+    g = np.einsum("gk,gkn->n", y, rows)
+    size = float(np.linalg.norm(g))
+    if reach.shared is None or size <= TINY:
+        return None
+    least = reach.shared.least(_complex(g / size))
+    if float(g @ x) / size >= least - 1e-9 * abs(least) - TINY:
+        return None
+    return np.append(-g / size, -least)
 
 
 def _stationary(y: FloatArray, rows: FloatArray) -> FloatArray:
@@ -172,10 +206,12 @@ def _stationary(y: FloatArray, rows: FloatArray) -> FloatArray:
 def _rated(y: FloatArray, rows: FloatArray, offsets: FloatArray, reach: Reach) -> tuple[FloatArray, float]:
     """Return y and the least value of y.(C x + d) over the polygons: a lower bound whatever y is."""
     g = np.einsum("gk,gkn->n", y, rows)
-    return y, float((y * offsets).sum() + reach.least(_complex(g)).sum())
+    return y, float((y * offsets).sum() + reach.least_together(_complex(g)))
 
 
-def _least_squares(weight: FloatArray, rows: FloatArray, offsets: FloatArray, reach: Reach) -> FloatArray:
+def _least_squares(
+    weight: FloatArray, rows: FloatArray, offsets: FloatArray, reach: Reach, cuts: list[FloatArray]
+) -> FloatArray:
     """Minimise sum_g weight_g |C_g x + d_g|^2 within the polygons (least distance, Lawson & Hanson 1974)."""
     scaled = (np.sqrt(weight)[:, None, None] * rows).reshape(-1, rows.shape[2])
     shift = (np.sqrt(weight)[:, None] * offsets).ravel()
@@ -183,16 +219,19 @@ def _least_squares(weight: FloatArray, rows: FloatArray, offsets: FloatArray, re
     hessian += 1e-12 * np.trace(hessian) * np.eye(len(hessian))
     gradient = scaled.T @ shift
     x = np.asarray(np.linalg.solve(hessian, -gradient), dtype=np.float64)
-    if reach.contains(_complex(x)):
+    extra = np.array(cuts).reshape(len(cuts), len(x) + 1)
+    if reach.contains(_complex(x)) and (extra[:, :-1] @ x <= extra[:, -1]).all():
         return x
     planes, edges = reach.support.shape
     normal = np.zeros((planes * edges, 2 * planes))
     for p in range(planes):
         normal[p * edges : (p + 1) * edges, 2 * p] = reach.normals.real
         normal[p * edges : (p + 1) * edges, 2 * p + 1] = reach.normals.imag
+    normal = np.concatenate([normal, extra[:, :-1]])
+    support = np.append(reach.support.ravel(), extra[:, -1])
     lower = np.linalg.cholesky(hessian)
     turned = np.linalg.solve(lower, normal.T).T
-    g, h = -turned, -(reach.support.ravel() + turned @ np.linalg.solve(lower, gradient))
+    g, h = -turned, -(support + turned @ np.linalg.solve(lower, gradient))
     goal = np.zeros(2 * planes + 1)
     goal[-1] = 1.0
     scale = max(float(np.abs(h).max()), 1e-300)
@@ -213,15 +252,21 @@ def _quadratics(bounds: Bounds, dual: FloatArray, z: float, longest: FloatArray)
     if bounds.norm in ("sum", "components"):
         flat = np.sqrt(1.0 / (longest * z))[:, None, None] * rows
         systems.append((flat.reshape(-1, rows.shape[2]), (np.sqrt(1.0 / (longest * z))[:, None] * offsets).ravel()))
-    left = z - bounds.floor + SLACK * z
+    left = z - bounds.floor + THIN * z
     systems.append(_turned_away(bounds, dual, left, longest))
     g = _complex(np.einsum("gk,gkn->n", dual, rows))
     least = bounds.reach.least(g)
+    together = bounds.reach.least_together(g)
+    if bounds.reach.shared is not None and np.abs(g) @ bounds.reach.radius > left:
+        systems.append(
+            (2.0 / left * np.einsum("gk,gkn->n", dual, rows)[None, :], np.array([-2.0 * together / left - 1.0]))
+        )
+    apart = left + together - float(least.sum())
     for p in range(len(g)):
-        if abs(g[p]) * bounds.reach.radius[p] > left:
+        if abs(g[p]) * bounds.reach.radius[p] > apart:
             c = np.zeros((1, rows.shape[2]))
-            c[0, 2 * p], c[0, 2 * p + 1] = 2.0 * g[p].real / left, 2.0 * g[p].imag / left
-            systems.append((c, np.array([-2.0 * least[p] / left - 1.0])))
+            c[0, 2 * p], c[0, 2 * p + 1] = 2.0 * g[p].real / apart, 2.0 * g[p].imag / apart
+            systems.append((c, np.array([-2.0 * least[p] / apart - 1.0])))
         c = np.zeros((2, rows.shape[2]))
         c[0, 2 * p] = c[1, 2 * p + 1] = 1.0 / max(bounds.reach.radius[p], 1e-9)
         systems.append((c, -c[0, 2 * p] * _real(bounds.reach.centre[p : p + 1])))
@@ -273,6 +318,8 @@ def _smallest(quadratics: _Quadratics) -> Ellipsoid | None:
     form = np.tensordot(share, G, 1)
     centre = np.asarray(-np.linalg.solve(form, share @ h), dtype=np.float64)
     room = 1.0 + SLACK - float(share @ (np.einsum("i,mij,j->m", centre, G, centre) + 2.0 * h @ centre + e))
+    if not (np.isfinite(form).all() and np.isfinite(room)):
+        raise np.linalg.LinAlgError
     return Ellipsoid(centre, form / room) if room > 0.0 else None
 
 

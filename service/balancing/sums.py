@@ -128,12 +128,13 @@ def halves_of(placements: Placements, largest: int) -> Generator[None, None, Hal
     hold fewer pieces than the plane may carry and `complete` is False.
     """
     most = placements.most
-    levels = yield from _levels(placements, np.arange(placements.none), (most + 1) // 2, largest)
-    complete = len(levels) == (most + 1) // 2 + 1
-    if not complete:
+    by_position = max(_many(placements, parity, most) for parity in (0, 1))
+    if by_position < min(_many(placements, None, (most + 1) // 2), largest):
         split = yield from _by_position(placements, largest)
         if split is not None:
             return split
+    levels = yield from _levels(placements, np.arange(placements.none), (most + 1) // 2, largest)
+    complete = len(levels) == (most + 1) // 2 + 1
     size = len(levels) - 1
     shorter = most - size if complete else size
     first = yield from _gathered(placements, levels, size)
@@ -145,6 +146,17 @@ def halves_of(placements: Placements, largest: int) -> Generator[None, None, Hal
         ordered=True,
         complete=complete,
     )
+
+
+def _many(placements: Placements, parity: int | None, most: int) -> float:
+    """Bound how many selections of up to `most` pieces even, odd (parity 1) or all positions hold, box aside."""
+    counts = np.ones(1)
+    for position, kinds in zip(*np.unique(placements.position[:-1], return_counts=True), strict=True):
+        if parity is None or position % 2 == parity:
+            room = min(int(placements.capacity[position]), most)
+            ways = [float(math.comb(int(kinds) + k - 1, k)) for k in range(room + 1)]
+            counts = np.convolve(counts, ways)[: most + 1]
+    return float(counts.sum())
 
 
 def _by_position(placements: Placements, largest: int) -> Generator[None, None, Halves | None]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from service.balancing import exact
 from service.balancing.exact import search_exact, solve_exact
 from service.balancing.exhaustive import solve_exhaustive
 from service.balancing.objectives import evaluate
@@ -19,8 +20,13 @@ CLOSE = 1e-8
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_equals_brute_force_and_no_bound_is_violated(kind: str) -> None:
-    for seed in range(60):
+@pytest.mark.parametrize("at_once", [0.0, exact.AT_ONCE])
+def test_equals_brute_force_and_no_bound_is_violated(
+    kind: str, at_once: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With at_once 0 these small problems go through levels, as large ones do."""
+    monkeypatch.setattr(exact, "AT_ONCE", at_once)
+    for seed in (*range(40), 5148):
         problem = random_problem(kind, seed)
         judge = solve_exhaustive(problem)
         optimum = judge.value

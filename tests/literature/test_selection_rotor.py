@@ -11,6 +11,7 @@ import math
 import numpy as np
 import pytest
 
+from service.balancing.exact import solve_exact
 from service.balancing.objectives import bearing_force, evaluate
 from service.balancing.placements import vectors_of
 from service.balancing.rotor import bearing_reactions, inherent_reactions
@@ -70,3 +71,15 @@ def test_bearing_force_states_the_rotor_table_from_an_equivalent_correction() ->
     assert np.abs(objective.offset) == pytest.approx((161.12, 175.77), abs=0.05)
     assert float(evaluate(objective, np.zeros(2, np.complex128))) == pytest.approx(1.0)
     assert float(evaluate(objective, target)) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("case", "pieces", "first", "second"), [d[:4] for d in DESIGNS])
+def test_no_published_design_beats_the_proved_optimum(case: str, pieces: int, first: str, second: str) -> None:
+    problem = thesis_rotor(case, pieces)
+    published = float(evaluate(problem.objective, vectors_of(problem, placed(problem, first, second))))
+    found = solve_exact(problem)
+    assert found.status == "optimal"
+    assert found.gap == pytest.approx(0.0, abs=1e-12)
+    assert found.value <= published * (1.0 + 1e-9)
+    if (case, pieces) in (("static", 3), ("dynamic", 4)):
+        assert found.value < published * 0.999, "a strictly better design is known"

@@ -13,6 +13,7 @@ import math
 import numpy as np
 import pytest
 
+from service.balancing.exact import solve_exact
 from service.balancing.exhaustive import solve_exhaustive
 from service.balancing.objectives import evaluate
 from service.balancing.placements import vectors_of
@@ -67,3 +68,13 @@ def test_huang2009_published_split() -> None:
     assert float(evaluate(problem.objective, u)) == pytest.approx(2.10034846, abs=0.0005)
     assert abs(u[0]) == pytest.approx(640.2, abs=0.05)
     assert math.degrees(np.angle(u[0])) == pytest.approx(73.6, abs=0.05)
+
+
+def test_the_exact_search_proves_both() -> None:
+    for pieces, optimum_g in ((1, 50.02), (2, 4.880), (3, 1.965)):
+        found = solve_exact(field_experiment(pieces))
+        assert found.status == "optimal"
+        assert found.value / RADIUS_MM == pytest.approx(optimum_g, abs=0.005)
+    split = solve_exact(huang2009())
+    assert split.status == "optimal"
+    assert split.value == pytest.approx(2.10034846, abs=0.0005)
