@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from drivers.signal.block import Floats
+from drivers.signal.block import Floats, dot
 
 SLOW_RPM = 600.0
 LOW_HZ, SLOW_LOW_HZ, HIGH_HZ = 10.0, 2.0, 1000.0
@@ -28,14 +28,14 @@ def band_rms(samples: Floats, sample_rate_hz: float, band_hz: tuple[float, float
     n = len(samples)
     place = np.linspace(-1.0, 1.0, n)
     level = samples - samples.mean()
-    level = level - place * float(place @ level) / float(place @ place)
+    level = level - place * dot(place, level) / dot(place, place)
     window = 0.5 - 0.5 * np.cos(math.tau * (np.arange(n) + 0.5) / n)
     length = _quick_length(n)
     spectrum = np.fft.rfft(level * window, length)
     frequency = np.fft.rfftfreq(length, 1.0 / sample_rate_hz)
     inside = (frequency >= band_hz[0]) & (frequency <= band_hz[1])
     sizes = np.abs(spectrum[inside]) * (math.tau * frequency[inside]) ** power
-    return math.sqrt(2.0 * float(sizes @ sizes) / length / float(window @ window))
+    return math.sqrt(2.0 * dot(sizes, sizes) / length / dot(window, window))
 
 
 def _quick_length(n: int) -> int:

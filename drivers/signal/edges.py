@@ -10,6 +10,8 @@ from drivers.checks import require
 from drivers.errors import SignalRefused
 from drivers.signal.block import Floats
 
+GREATEST = 1e12
+"""Greatest sample that is computed with."""
 Slope = Literal["rising", "falling"]
 
 
@@ -35,7 +37,8 @@ def find_edges(
     require(0.0 < sample_rate_hz < float("inf"), f"sample_rate_hz {sample_rate_hz}", "be a number above 0")
     require(slope in ("rising", "falling"), f"slope {slope!r}", "be rising or falling")
     seen = tacho[~np.isnan(tacho)]
-    require(bool(np.isfinite(seen).all()), "an infinite sample of a tachometer signal", "be a number, or NaN if lost")
+    greatest = float(np.abs(seen).max(initial=0.0))
+    require(greatest <= GREATEST, f"a sample of {greatest:g} in a tachometer signal", f"be within +-{GREATEST:g}")
     if seen.size < 2 or seen.min() == seen.max():
         raise SignalRefused(
             "the tachometer signal never moves: check the key-phasor, its cable and its supply", code="tacho"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivers.signal.block import Floats
-from drivers.signal.orders import Course
+from drivers.signal.orders import Course, normal_equations
 
 FAR = 0.5
 """Orders to each side of 1x that are looked at."""
@@ -58,8 +58,8 @@ def _fitted(course: Course, rest: Floats, weights: Floats, order: float) -> tupl
     even, odd = np.cos(angle), np.sin(angle)
     trend = 2.0 * course.place - 1.0
     columns = np.stack([even, odd, trend * even, trend * odd])
-    found = np.linalg.solve((columns * weights) @ columns.T, columns @ (weights * rest))
-    return math.hypot(found[0], found[1]), np.asarray(found @ columns, float)
+    found = np.linalg.solve(*normal_equations(columns, weights, rest))
+    return math.hypot(found[0], found[1]), np.asarray(np.einsum("k,kn->n", found, columns), float)
 
 
 def _peak(lines: Floats, best: int) -> float:

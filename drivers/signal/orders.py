@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from drivers.signal.block import Floats
 
+PIECE = 1024
 Complexes = NDArray[np.complex128]
 
 
@@ -56,10 +57,24 @@ def fit_orders(basis: Floats, weights: Floats, values: Floats) -> tuple[Complexe
 
     Raises numpy.linalg.LinAlgError where the weights leave too few samples to tell the rows apart.
     """
-    weighted = basis * weights
-    coefficients = np.linalg.solve(weighted @ basis.T, weighted @ values)
+    coefficients = np.linalg.solve(*normal_equations(basis, weights, values))
     pairs = coefficients[2:].reshape(-1, 2)
     return np.asarray(pairs[:, 0] - 1j * pairs[:, 1], complex), np.asarray(coefficients, float)
+
+
+def normal_equations(rows: Floats, weights: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Matrix (m, m) and right side (m,) of the weighted least squares of values (n,) on rows (m, n).
+
+    Summed up in pieces that stay in the cache, and small enough to be multiplied on one core: spread over several, such
+    slim products cost more than they save.
+    """
+    matrix, side = np.zeros((len(rows), len(rows))), np.zeros(len(rows))
+    for first in range(0, rows.shape[1], PIECE):
+        piece = slice(first, first + PIECE)
+        weighted = rows[:, piece] * weights[piece]
+        matrix += weighted @ rows[:, piece].T
+        side += (weighted * values[piece]).sum(axis=1)
+    return matrix, side
 
 
 def turned(vectors: Complexes, power: int) -> Complexes:

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from drivers.signal.block import Floats
+from drivers.signal.block import Floats, dot
 from drivers.signal.orders import Complexes, Course, fit_orders
 from drivers.signal.windows import taper
 
@@ -43,12 +43,12 @@ def scatter_of(course: Course, basis: Floats, values: Floats, weights: Floats) -
             vectors.append(fit_orders(basis[:, piece], w, values[piece])[0][0])
         except np.linalg.LinAlgError:
             continue  # all of its samples are lost
-        speeds.append(float(w @ course.speed[piece] / w.sum()))
-        sizes.append(float(w.sum() ** 2 / (w @ w)))
+        speeds.append(dot(w, course.speed[piece]) / float(w.sum()))
+        sizes.append(float(w.sum()) ** 2 / dot(w, w))
     if len(vectors) < 2:
         return None
     deviation = _deviation(np.array(vectors), np.array(speeds))
-    return deviation * math.sqrt(float(np.mean(sizes)) * float(weights @ weights)) / float(weights.sum())
+    return deviation * math.sqrt(float(np.mean(sizes)) * dot(weights, weights)) / float(weights.sum())
 
 
 def _deviation(vectors: Complexes, speeds: Floats) -> float:

@@ -66,7 +66,8 @@ def turns_of(edges_s: Floats) -> Turns:
 
     An edge that is missing is counted over, one that comes between two turns or out of place is left out.
     Raises `InvalidSetting` for times that are not finite or do not increase, and `SignalRefused` (`too_short`: fewer
-    than 4 turns; `tacho`: more than 20,000 edges, or more than a tenth of them or 3 in a row to be repaired).
+    than 4 turns; `tacho`: more than 20,000 edges, or more than a tenth of them or more than 3 in a row to be
+    repaired).
     """
     require(edges_s.ndim == 1, f"shape {edges_s.shape} of edges", "be (m,)")
     require(bool(np.isfinite(edges_s).all()), "an edge time", "be a finite number of seconds")

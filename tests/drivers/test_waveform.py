@@ -100,7 +100,7 @@ class TestEndToEnd:
     def test_the_stated_scatter_covers_what_rough_surroundings_do(self) -> None:
         spec = threshing_drum_example()
         ratios = []
-        for seed in range(20):
+        for seed in range(12):
             block = simulated(spec, seed=seed, disturbance=replace(ROUGH, electronics=0.05))
             for found in measure(block):
                 assert isinstance(found, Measured)

@@ -16,7 +16,7 @@ from drivers.signal.chain import Measured, Refusal, Settings, measure
 from drivers.signal.windows import Window, half_width, taper
 from tests.drivers.signal.analytic import Tone, apart, measured, refused, vector, with_samples
 
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=15, deadline=None)
 SIGNAL_TO_NOISE_DB = 40.0
 DRIFTS = (-0.03, 0.0, 0.03)
 
@@ -39,7 +39,7 @@ class TestAgainstFormulas:
         self, drift: float, turns: float, lag_deg: float
     ) -> None:
         tone = Tone(turns=turns, drift=drift, lag_deg=lag_deg, snr_db=SIGNAL_TO_NOISE_DB)
-        for seed in range(5):
+        for seed in range(3):
             found = measured(tone.block(seed))
             assert found.amplitude == pytest.approx(tone.rms, rel=0.005)
             assert apart(found.phase_deg, lag_deg) <= 0.5
@@ -56,7 +56,7 @@ class TestAgainstFormulas:
             neighbour=(1.15, 1.5),
             snr_db=SIGNAL_TO_NOISE_DB,
         )
-        for seed in range(5):
+        for seed in range(3):
             found = measured(tone.block(seed))
             expected = tone.rms * (found.speed_rpm / 60.0 / tone.hz) ** 3
             assert found.amplitude == pytest.approx(expected, rel=0.005)

@@ -81,12 +81,12 @@ class TestFindEdges:
         with pytest.raises(InvalidSetting):
             find_edges(np.array([0.0, 1.0, 0.0]), **({"sample_rate_hz": RATE} | wrong))  # type: ignore[arg-type]
 
-    @given(st.lists(st.floats(allow_nan=True, allow_infinity=False, width=32), max_size=60))
+    @given(st.lists(st.floats(), max_size=60))
     @settings(max_examples=100, deadline=None)
     def test_any_signal_gives_increasing_edges_or_a_refusal(self, values: list[float]) -> None:
         try:
             found = find_edges(np.array(values, float), RATE)
-        except SignalRefused:
+        except (SignalRefused, InvalidSetting):
             return
         assert (np.diff(found) > 0.0).all()
         assert ((found >= 0.0) & (found <= len(values) / RATE)).all()

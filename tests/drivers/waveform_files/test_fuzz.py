@@ -75,7 +75,7 @@ class TestFuzz:
         heads = {".csv": b"t,P,Q,kp\n", ".wav": b"RIFF\x24\0\0\0WAVEfmt \x10\0\0\0", ".uff": b"    -1\n    58\n"}
 
         @given(st.booleans(), st.binary(max_size=400))
-        @settings(max_examples=100, deadline=None)
+        @settings(max_examples=60, deadline=None)
         def check(headed: bool, contents: bytes) -> None:
             use(path, used, (heads[suffix] if headed else b"") + contents)
 
@@ -85,7 +85,7 @@ class TestFuzz:
         path, used, good = originals[suffix]
 
         @given(damage(len(good)))
-        @settings(max_examples=100, deadline=None)
+        @settings(max_examples=60, deadline=None)
         def check(hurts: list[tuple[str, int, bytes]]) -> None:
             use(path, used, damaged(good, hurts))
 
