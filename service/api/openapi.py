@@ -30,8 +30,10 @@ def install(app: FastAPI) -> None:
             for operations in document["paths"].values():
                 for operation in operations.values():
                     _finish(operation)
-            document["components"]["schemas"].pop("HTTPValidationError", None)
-            document["components"]["schemas"].pop("ValidationError", None)
+            schemas = document["components"]["schemas"]
+            schemas.pop("HTTPValidationError", None)
+            schemas.pop("ValidationError", None)
+            _describe_inherited(schemas)
         return app.openapi_schema or {}
 
     app.openapi = finished  # type: ignore[method-assign]
@@ -43,6 +45,17 @@ def examples() -> dict[str, Any]:
     text = files("service.api").joinpath("examples.json").read_text(encoding="utf-8")
     loaded: dict[str, Any] = json.loads(text)
     return loaded
+
+
+def _describe_inherited(schemas: dict[str, Any]) -> None:
+    """Give a document's inherited fields the description they have in its parent: pydantic reads a class's own only."""
+    fields: dict[str, dict[str, Any]] = {name: schema.get("properties", {}) for name, schema in schemas.items()}
+    for own in fields.values():
+        for parent in fields.values():
+            if parent is not own and parent.keys() <= own.keys():
+                for name, entry in parent.items():
+                    if "description" in entry:
+                        own[name].setdefault("description", entry["description"])
 
 
 def _finish(operation: dict[str, Any]) -> None:
