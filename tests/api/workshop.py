@@ -257,7 +257,7 @@ def workshop(url: str) -> Iterator[Workshop]:
     settings = Settings(database_url=url)
     now = Ticking()
     work = work_over(bootstrap.open_database(settings), now)
-    app = _application()
+    app = application()
     before = getattr(app.state, "work", None)
     app.state.work = work
     try:
@@ -268,6 +268,6 @@ def workshop(url: str) -> Iterator[Workshop]:
 
 
 @cache
-def _application() -> FastAPI:
+def application() -> FastAPI:
     """The application, made once: its first request builds all routes, which takes a second."""
     return create_app(Settings(database_url="sqlite://"))
