@@ -180,15 +180,17 @@ def from_a_bridge(recorder: Recorder, machine: str, box: str) -> None:
 
 
 def block(stamp: Mapping[str, Any]) -> dict[str, Any]:
-    """A raw block: a sine of 0.2 m/s2 over 16 turns at 480 r/min, 20 samples a turn."""
+    """A raw block: 0.2 m/s2 once a turn and 0.05 twice, over 16 turns at 480 r/min, 20 samples a turn."""
     turns, per_turn, frequency = 16, 20, 8.0
-    samples = [round(0.2 * math.cos(math.tau * n / per_turn), 4) for n in range(turns * per_turn)]
+    angles = [math.tau * n / per_turn for n in range(turns * per_turn)]
+    samples = [round(0.2 * math.cos(angle) + 0.05 * math.cos(2.0 * angle + 0.5), 4) for angle in angles]
     return {
         **stamp,
         "sequence": 100,
         "sample_rate_hz": per_turn * frequency,
         "channels": [{"sensor": "P", "samples": samples}],
         "edges_s": [turn / frequency for turn in range(turns)],
+        "harmonics": 2,
     }
 
 
