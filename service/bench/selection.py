@@ -109,16 +109,15 @@ def limits(bench: Bench) -> None:
     for case in [case for case in bench.cases if case.hard]:
         bench.say(f"memory and stops: {case.name}")
         peak = peak_mb(case.name)
-        lines.append(
-            (f"peak memory, {case.name}", f"{peak:.0f} MB", f"{MEMORY_AIM_MB:g} MB", bench.judge(case.name, peak, 500))
-        )
-        step, at = longest_step(case)
-        for what, seconds in (
-            (f"longest step (number {at}), {case.name}", step),
-            (f"longest past its time limit, {case.name}", longest_overrun(case)),
-        ):
-            judged = bench.judge(what, 1e3 * seconds, STOP_AIM_MS)
-            lines.append((what, f"{1e3 * seconds:.0f} ms", f"{STOP_AIM_MS:g} ms", judged))
+        judged = bench.judge(f"peak memory, {case.name}", peak, MEMORY_AIM_MB)
+        lines.append((f"peak memory, {case.name}", f"{peak:.0f} MB", f"{MEMORY_AIM_MB:g} MB", judged))
+        step = longest_step(case)
+        judged = bench.judge(f"longest step, {case.name}", 1e3 * step.seconds, STOP_AIM_MS)
+        seen = f"{1e3 * step.seconds:.0f} ms, {1e3 * step.processor_s:.0f} ms of it computing"
+        lines.append((f"longest step (number {step.number}), {case.name}", seen, f"{STOP_AIM_MS:g} ms", judged))
+        late = 1e3 * longest_overrun(case)
+        judged = bench.judge(f"past its time limit, {case.name}", late, STOP_AIM_MS)
+        lines.append((f"longest past its time limit, {case.name}", f"{late:.0f} ms", f"{STOP_AIM_MS:g} ms", judged))
     bench.say("first plan")
     taken = [first_plan() for _ in range(3)]
     first, second = (statistics.median(times) for times in zip(*taken, strict=True))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from service.balancing.certified import search_certified
@@ -29,22 +30,32 @@ def peak_mb(name: str, limit_s: float = PLAN_S) -> float:
     return float(done.stdout)
 
 
-def longest_step(case: Case, limit_s: float = PLAN_S) -> tuple[float, int]:
-    """Longest time, s, between two moments at which a search can be stopped, and which step that was.
+@dataclass(frozen=True)
+class Step:
+    """One step of a search: its number, and how long it took, s, by the wall and of the processor."""
+
+    number: int
+    seconds: float
+    processor_s: float
+
+
+def longest_step(case: Case, limit_s: float = PLAN_S) -> Step:
+    """Longest step between two moments at which a search can be stopped.
 
     The exact search alone, then modified Jaya with the exact search after it; no stop can take longer to be honoured.
     """
-    worst, at = 0.0, 0
+    worst = Step(0, 0.0, 0.0)
     for search in (search_exact(case.problem), search_certified(case.problem, 1)):
         begun = before = time.perf_counter()
-        for step, _ in enumerate(search):
-            now = time.perf_counter()
-            if now - before > worst:
-                worst, at = now - before, step
-            before = now
+        used = time.thread_time()
+        for number, _ in enumerate(search):
+            now, now_used = time.perf_counter(), time.thread_time()
+            if now - before > worst.seconds:
+                worst = Step(number, now - before, now_used - used)
             if now - begun > limit_s:
                 break
-    return worst, at
+            before, used = now, now_used
+    return worst
 
 
 def longest_overrun(case: Case) -> float:
