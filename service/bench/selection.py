@@ -171,7 +171,7 @@ def searched(peer: Peer, case: Case, seeds: int, budget_s: float) -> Runs:
 def _proving(case: Case, found: Found, best: float) -> str:
     value, broken = rated(case.problem, found)
     if found.selection is None:
-        return f"nothing, {_time(found.seconds)}"
+        return f"nothing, {_time(found.seconds)}" + (f": {found.trouble}" if found.trouble else "")
     if broken:
         return f"{_over(value, best)} but not allowed: {broken}"
     if found.ended and found.lower_bound >= value * (1.0 - 1e-5):

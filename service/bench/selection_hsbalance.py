@@ -23,23 +23,25 @@ def solve_hsbalance(problem: SelectionProblem, seed: int, budget_s: float) -> Fo
     """Split every plane's continuous correction; None where it does not answer in time."""
     del seed
     begun = time.perf_counter()
+    selection, trouble = None, None
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         try:
             selection = pool.apply_async(split, (problem,)).get(budget_s)
         except multiprocessing.TimeoutError:
-            selection = None
-    return Found(selection, 0.0, False, time.perf_counter() - begun)
+            trouble = "no answer in time"
+        except Exception as error:  # whatever its solver refuses, such as a size beyond its licence
+            trouble = str(error) or type(error).__name__
+    return Found(selection, 0.0, False, time.perf_counter() - begun, trouble)
 
 
 def split(problem: SelectionProblem) -> Selection:
     """Each plane by itself, through hsbalance."""
-    model: Any = importlib.import_module("hsbalance.model")
-    ready: Any = importlib.import_module("hsbalance.CI_matrix")
+    hsbalance: Any = importlib.import_module("hsbalance")
     objective = problem.objective
     target = np.linalg.lstsq(objective.matrix, -objective.offset, rcond=None)[0]
-    alpha = ready.Alpha()
+    alpha = hsbalance.Alpha()
     alpha.add(direct_matrix=np.eye(len(target), dtype=np.complex128))
-    fitted = model.LeastSquares(-target[:, None], alpha)
+    fitted = hsbalance.LeastSquares(-target[:, None], alpha)
     fitted.W = target[:, None]
     chosen = []
     for p, plane in enumerate(problem.planes):

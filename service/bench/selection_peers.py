@@ -29,12 +29,16 @@ LARGEST = 1e7
 
 @dataclass(frozen=True)
 class Found:
-    """A peer's answer. lower_bound: 0 where it proves none. ended: it stopped by itself, its search complete."""
+    """A peer's answer. lower_bound: 0 where it proves none. ended: it stopped by itself, its search complete.
+
+    trouble: why there is no selection, in the peer's own words.
+    """
 
     selection: Selection | None
     lower_bound: float
     ended: bool
     seconds: float
+    trouble: str | None = None
 
 
 Solve = Callable[[SelectionProblem, int, float], Found]
