@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any, TypeVar, cast
 
-from sqlalchemy import CursorResult, Select, func, insert, select, tuple_
+from sqlalchemy import CursorResult, Select, and_, func, insert, or_, select, tuple_
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
@@ -143,6 +143,24 @@ class Store:
             query: Select[Any] = select(kind).where(tuple_(kind.source, kind.sequence).in_(chunk))
             found.update({(row.source, row.sequence): row for row in self._session.scalars(query)})
         return found
+
+    def newest_readings(
+        self, machine_id: str, session_id: str, sources: Sequence[str], since: datetime, most: int
+    ) -> Sequence[ReadingRow]:
+        """The newest readings on a machine: of its bound sources, or sent for the session; newest first."""
+        return self._session.scalars(
+            select(ReadingRow)
+            .where(
+                ReadingRow.machine_id == machine_id,
+                or_(
+                    and_(ReadingRow.source.in_(sources), ReadingRow.session_id.is_(None)),
+                    ReadingRow.session_id == session_id,
+                ),
+                ReadingRow.taken_at >= since,
+            )
+            .order_by(ReadingRow.taken_at.desc())
+            .limit(most)
+        ).all()
 
     def highest_sequence(self, kind: type[ReadingRow | BalancerAnswerRow], source: str) -> int:
         """The highest number stored of a source; -1 for none."""

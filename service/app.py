@@ -10,7 +10,7 @@ from fastapi import FastAPI
 from service import bootstrap
 from service.api import openapi, problems
 from service.api.limits import BodyLimit
-from service.api.routers import blocks, health, machines, readings, sessions
+from service.api.routers import blocks, health, live, machines, readings, sessions
 from service.settings import Settings
 from service.usecases.work import Work
 from service.version import __version__
@@ -37,7 +37,8 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
     )
     app.add_middleware(BodyLimit, most=settings.max_body_bytes)
     problems.install(app)
-    for router in (machines.router, sessions.router, readings.router, blocks.router, health.router):
+    routers = (machines.router, sessions.router, live.router, readings.router, blocks.router, health.router)
+    for router in routers:
         app.include_router(router, prefix=PREFIX)
     app.include_router(health.router, include_in_schema=False)
     openapi.install(app)

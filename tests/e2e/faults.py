@@ -69,6 +69,12 @@ class Place:
         process.wait_for("bridge: ")
         return process
 
+    def count_stored(self) -> int:
+        """How many readings the service has."""
+        with closing(sqlite3.connect(f"file:{self.folder / 'service.db'}?mode=ro", uri=True)) as database:
+            (count,) = database.execute("SELECT count(*) FROM reading").fetchone()
+        return int(count)
+
     def stored(self) -> list[Reading]:
         """What the service has, in order of sequence, as it was sent."""
         query = "SELECT sequence, sensor, amplitude, phase_deg, speed_rpm, overall_rms FROM reading ORDER BY sequence"
@@ -89,6 +95,13 @@ class Place:
             for sequence, sensor, amplitude, phase, speed, overall in rows
         ]
 
+    def wait_for_progress(self, bridge: Process) -> None:
+        """Until more is stored than now, or the bridge is at its end."""
+        before, end = self.count_stored(), time.monotonic() + 60.0
+        while self.count_stored() == before and bridge.popen.poll() is None:
+            assert time.monotonic() < end, bridge.lines[-5:]
+            time.sleep(0.01)
+
     def check(self) -> None:
         """Nothing lost, nothing doubled, nothing changed; spool and database whole."""
         stored = self.stored()
@@ -102,22 +115,24 @@ class Place:
             assert database.execute("SELECT count(*) FROM aside").fetchone() == (0,)
 
 
-def kill_the_bridge(place: Place, kills: int, rng: random.Random, within_s: float = 1.0) -> list[int]:
+def kill_the_bridge(place: Place, kills: int, rng: random.Random, within_s: float = 0.3) -> list[int]:
     """Kill -9 the bridge at so many random moments; returns how many readings were stored at each."""
     stored = []
     with place.served():
         for _ in range(kills):
             bridge = place.bridge()
+            if rng.random() < 0.7:
+                place.wait_for_progress(bridge)
             time.sleep(rng.uniform(0.0, within_s))  # the moment is what is tried
             bridge.kill()
-            stored.append(len(place.stored()))
+            stored.append(place.count_stored())
         last = place.bridge()
         assert last.ended() == 0, last.lines[-5:]
         place.check()
     return stored
 
 
-def kill_the_service(place: Place, kills: int, rng: random.Random, within_s: float = 1.0) -> list[int]:
+def kill_the_service(place: Place, kills: int, rng: random.Random, within_s: float = 0.3) -> list[int]:
     """Kill -9 the service at so many random moments under a running bridge; returns how many were stored at each."""
     stored = []
     service = place.serve()
@@ -125,9 +140,10 @@ def kill_the_service(place: Place, kills: int, rng: random.Random, within_s: flo
         place.bind()
         bridge = place.bridge()
         for _ in range(kills):
-            time.sleep(rng.uniform(0.0, within_s))
+            place.wait_for_progress(bridge)
+            time.sleep(rng.uniform(0.0, within_s))  # the moment is what is tried
             service.kill()
-            stored.append(len(place.stored()))
+            stored.append(place.count_stored())
             service = place.serve()
         assert bridge.ended() == 0, bridge.lines[-5:]
         place.check()

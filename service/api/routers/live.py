@@ -1,0 +1,93 @@
+"""The running session as a stream of events."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import StreamingResponse
+from starlette.concurrency import run_in_threadpool
+
+from db.documents.base import write_json
+from service.api.dependencies import Key, WorkDep, errors
+from service.errors import Unavailable
+from service.usecases import live
+from service.usecases.live import Live
+from service.usecases.work import Work
+
+router = APIRouter()
+
+INTERVAL_S = 0.5
+BEAT_S = 10.0
+"""A comment so often keeps a quiet stream from being cut on its way."""
+MOST_STREAMS = 64
+LONGEST_S = 3600.0
+"""A stream ends after so long: the browser asks again by itself, from where it was."""
+
+STREAM: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "Events `live`, each a `Live` document; the first at once, then one for every change.",
+        "content": {"text/event-stream": {"schema": {"$ref": "#/components/schemas/Live"}}},
+    },
+    503: {"description": "Too many streams are open."},
+}
+
+
+@router.get("/sessions/{session_id}/now", tags=["sessions"], responses=errors(404))
+def get_now(work: WorkDep, session_id: Key) -> Live:
+    """The newest readings of the session's machine and whether a run may be taken.
+
+    Amplitudes in each sensor's unit and detection, phases in degrees in the machine's `phase_sense`, speed in r/min.
+    """
+    return live.look(work, session_id)
+
+
+@router.get(
+    "/sessions/{session_id}/live", tags=["sessions"], responses=errors(404) | STREAM, response_class=StreamingResponse
+)
+async def follow(
+    request: Request,
+    work: WorkDep,
+    session_id: Key,
+    events: Annotated[int, Query(ge=0, le=1_000_000, description="End after so many events; 0: go on.")] = 0,
+) -> StreamingResponse:
+    """The same as server-sent events, as it changes. Units as in `get_now`: the sensor's unit, degrees, r/min."""
+    first = await run_in_threadpool(live.look, work, session_id)
+    state = request.app.state
+    if getattr(state, "streams", 0) >= MOST_STREAMS:
+        raise Unavailable(
+            f"{MOST_STREAMS} live streams are open, no more are served",
+            code="too_many_streams",
+            advice="close a page that shows the session, or ask GET /sessions/{id}/now from time to time",
+        )
+    stream = _stream(request, work, session_id, first, events)
+    return StreamingResponse(
+        stream, media_type="text/event-stream", headers={"cache-control": "no-store", "x-accel-buffering": "no"}
+    )
+
+
+async def _stream(request: Request, work: Work, session_id: str, first: Live, events: int) -> AsyncIterator[str]:
+    """Look again and again; end with the client, the server, the session's deletion, or the time."""
+    state = request.app.state
+    state.streams = getattr(state, "streams", 0) + 1
+    try:
+        sent, quiet, shown = 0, 0.0, None
+        found = first
+        for _ in range(int(LONGEST_S / INTERVAL_S)):
+            if found != shown:
+                yield f"event: live\ndata: {write_json(found)}\n\n"
+                shown, quiet, sent = found, 0.0, sent + 1
+                if events and sent >= events:
+                    return
+            elif quiet >= BEAT_S:
+                yield ": still there\n\n"
+                quiet = 0.0
+            await asyncio.sleep(INTERVAL_S)
+            quiet += INTERVAL_S
+            if await request.is_disconnected():
+                return
+            found = await run_in_threadpool(live.look, work, session_id)
+    finally:
+        state.streams -= 1
