@@ -5,10 +5,9 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import replace
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from types import TracebackType
-from typing import Self
+from typing import Literal, Self
 
 from drivers.errors import BrokenSource, DriverClosed, InvalidSetting
 from drivers.protocol import Health
@@ -28,7 +27,9 @@ class BaseDriver(ABC):
         self._closed = threading.Event()
         self._closed.set()
         self._lock = threading.RLock()
-        self._health = Health("closed")
+        self._state: Literal["open", "closed"] = "closed"
+        self._delivered = self._refused = self._missed = 0
+        self._last_taken_at: datetime | None = None
         self._last_sequence = sequence_start - 1
 
     @property
@@ -43,14 +44,14 @@ class BaseDriver(ABC):
                 raise DriverClosed(f"{self._source!r} is open already: close it first, one reader at a time")
             self._connect()
             self._closed.clear()
-            self._health = replace(self._health, state="open")
+            self._state = "open"
 
     def close(self) -> None:
         """Disconnect; a running iteration ends. Harmless when closed."""
         self._closed.set()
         with self._lock:
-            if self._health.state == "open":
-                self._health = replace(self._health, state="closed")
+            if self._state == "open":
+                self._state = "closed"
                 self._disconnect()
 
     def __enter__(self) -> Self:
@@ -68,7 +69,7 @@ class BaseDriver(ABC):
 
     def health(self) -> Health:
         """State and counters."""
-        return self._health
+        return Health(self._state, self._delivered, self._refused, self._missed, self._last_taken_at)
 
     def _deliver(self) -> Iterator[Reading]:
         while not self._closed.is_set():
@@ -84,20 +85,19 @@ class BaseDriver(ABC):
                 f"{self._source!r} gave sequence {reading.sequence} after {self._last_sequence}: numbers must "
                 "increase, or a reading is lost or stored twice; start the source above its last number"
             )
-        if reading.taken_at.utcoffset() != timedelta(0):
+        moment = reading.taken_at
+        if moment.tzinfo is not UTC and moment.utcoffset() != timedelta(0):
             raise BrokenSource(f"{self._source!r} gave the time {reading.taken_at.isoformat()}: state it in UTC")
         with self._lock:
             self._last_sequence = reading.sequence
-            self._count(delivered=1)
-            self._health = replace(self._health, last_taken_at=reading.taken_at)
+            self._delivered += 1
+            self._last_taken_at = moment
         return reading
 
-    def _count(self, *, delivered: int = 0, refused: int = 0, missed: int = 0) -> None:
+    def _count(self, *, refused: int = 0, missed: int = 0) -> None:
         with self._lock:
-            was = self._health
-            self._health = replace(
-                was, delivered=was.delivered + delivered, refused=was.refused + refused, missed=was.missed + missed
-            )
+            self._refused += refused
+            self._missed += missed
 
     def _require_open(self) -> None:
         if self._closed.is_set():

@@ -43,7 +43,7 @@ SPEED = ("", "speed")
 PAIRED = ("amplitude", "phase")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Vector:
     """What one sensor said: amplitude and overall in its unit, phase in degrees, speed in r/min.
 
@@ -102,6 +102,8 @@ class FrameDecoder:
         self.mapping = mapping
         self.counts: dict[str, int] = dict.fromkeys(REASONS, 0)
         self.frames = 0
+        self.refused = 0
+        """Frames of the balancer that gave no reading though they should have."""
         self.lost_frames = 0
         self.status: str | None = None
         self.heard_at = -math.inf
@@ -139,14 +141,10 @@ class FrameDecoder:
         """Seconds since the balancer's last heartbeat, or since any of its frames where none is mapped; None: never."""
         return None if self.heard_at == -math.inf else max(at - self.heard_at, 0.0)
 
-    @property
-    def refused(self) -> int:
-        """Frames of the balancer that gave no reading though they should have."""
-        return sum(self.counts.values()) - self.counts["foreign"]
-
     # ------------------------------------------------------------ frames
     def _refuse(self, reason: str) -> list[Vector | Masses]:
         self.counts[reason] += 1
+        self.refused += reason != "foreign"
         return []
 
     def _masked(self, identifier: int, extended: bool) -> tuple[int, bool]:

@@ -91,19 +91,13 @@ class CanDriver(BaseDriver):
                     raise
             if message is None:
                 continue
-            refused = decoder.refused
             is_data = not (message.is_error_frame or message.is_remote_frame or message.is_fd)
-            found = decoder.feed(
-                message.arbitration_id,
-                message.is_extended_id,
-                message.data,
-                self._monotonic(),
-                is_data=is_data,
-            )
+            now = self._monotonic()
+            found = decoder.feed(message.arbitration_id, message.is_extended_id, message.data, now, is_data=is_data)
             if found:
                 self._keep(found)
-            elif decoder.refused != refused:
-                self._count(refused=decoder.refused - refused)
+            elif decoder.refused != self._refused:
+                self._count(refused=decoder.refused - self._refused)
         return waiting.popleft()
 
     def _keep(self, found: list[Vector | Masses]) -> None:

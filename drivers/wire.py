@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from datetime import UTC
+from functools import lru_cache
 
 from drivers.errors import BrokenSource
 from drivers.reading import Answer, Reading
 
 _OPTIONAL = ("phase_deg", "speed_rpm", "scatter", "overall_rms", "session_id")
 _encode = json.JSONEncoder(allow_nan=False, separators=(",", ":")).encode
+
+
+@lru_cache(maxsize=1024)
+def _quoted(name: str) -> str:
+    return _encode(name)
 
 
 def reading_to_dict(reading: Reading) -> dict[str, object]:
@@ -30,11 +37,33 @@ def reading_to_dict(reading: Reading) -> dict[str, object]:
 
 
 def reading_to_json(reading: Reading) -> str:
-    """JSON object of a reading; raises `BrokenSource` for a NaN or infinite number, which JSON does not have."""
-    try:
-        return _encode(reading_to_dict(reading))
-    except ValueError as error:
-        raise _not_finite(reading.source, reading.sequence, reading.sequence) from error
+    """JSON object of a reading; raises `BrokenSource` for a NaN or infinite number, which JSON does not have.
+
+    Written out, as a bridge writes thousands a second: the same as the encoder makes of `reading_to_dict`.
+    """
+    moment = reading.taken_at.astimezone(UTC).isoformat(timespec="microseconds")[:-6]
+    parts = [
+        f'{{"source":{_quoted(reading.source)},"sequence":{reading.sequence},"taken_at":"{moment}Z",'
+        f'"sensor":{_quoted(reading.sensor)},"amplitude":{float.__repr__(reading.amplitude)}'
+    ]
+    whole = reading.amplitude
+    if (phase := reading.phase_deg) is not None:
+        parts.append(f',"phase_deg":{float.__repr__(phase)}')
+        whole += phase
+    if (speed := reading.speed_rpm) is not None:
+        parts.append(f',"speed_rpm":{float.__repr__(speed)}')
+        whole += speed
+    if (scatter := reading.scatter) is not None:
+        parts.append(f',"scatter":{float.__repr__(scatter)}')
+        whole += scatter
+    if (overall := reading.overall_rms) is not None:
+        parts.append(f',"overall_rms":{float.__repr__(overall)}')
+        whole += overall
+    if reading.session_id is not None:
+        parts.append(f',"session_id":{_encode(reading.session_id)}')
+    if not math.isfinite(whole):
+        raise _not_finite(reading.source, reading.sequence, reading.sequence)
+    return "".join(parts) + "}"
 
 
 def readings_to_json(readings: Sequence[Reading]) -> bytes:
