@@ -65,6 +65,7 @@ def _finish(operation: dict[str, Any]) -> None:
         if status.startswith("4") and "application/json" in content:
             content[MEDIA_TYPE] = content.pop("application/json")
         elif status.startswith("2") and "response" in example:
-            content["application/json"]["example"] = example["response"]
+            for shown in content.values():
+                shown["example"] = example["response"]
     if "requestBody" in operation and "request" in example:
         operation["requestBody"]["content"]["application/json"]["example"] = example["request"]

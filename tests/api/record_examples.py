@@ -68,11 +68,19 @@ class Recorder:
     def ask(self, method: str, path: str, body: Any = None) -> Any:
         """The answer, recorded."""
         answer = self.shop.ask(method, path, body)
+        self._keep(method, path, {"response": answer} if body is None else {"request": body, "response": answer})
+        return answer
+
+    def stream(self, path: str) -> None:
+        """A stream of events that ends by itself, recorded as the text it is."""
+        answer = self.shop.client.get(f"/api/v1{path}")
+        assert answer.is_success, answer.text
+        self._keep("GET", path, {"response": answer.text})
+
+    def _keep(self, method: str, path: str, example: dict[str, Any]) -> None:
         plain = "/api/v1" + path.partition("?")[0]
         name = next(name for verb, pattern, name in self._operations if verb == method and pattern.match(plain))
-        example = {"response": answer} if body is None else {"request": body, "response": answer}
         self.examples.setdefault(name, example)
-        return answer
 
 
 def replace_stopwatch(shop: Workshop) -> Workshop:
@@ -174,6 +182,8 @@ def from_a_bridge(recorder: Recorder, machine: str, box: str) -> None:
     vectors = THREE.vibration([])
     sent = [{**stamp, "sequence": n, **reading(s, v, speed_rpm=460.0)} for n, (s, v) in enumerate(vectors.items())]
     recorder.ask("POST", "/readings", sent)
+    recorder.ask("GET", f"/sessions/{session}/now")
+    recorder.stream(f"/sessions/{session}/live?events=1")
     masses = [mass("1", 170.2, 70.0), mass("2", 292.2, 113.0)]
     recorder.ask("POST", "/balancer-answers", {**stamp, "sequence": 0, "session_id": session, "masses": masses})
     recorder.ask("POST", "/blocks", block(stamp))

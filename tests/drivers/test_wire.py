@@ -17,6 +17,7 @@ from drivers.reading_rules import reading_from_dict
 from drivers.wire import reading_to_dict, reading_to_json
 from tests.drivers.frames import readings
 
+FIRST, LAST = datetime(1971, 1, 1), datetime(2100, 1, 1)  # noqa: DTZ001
 amounts = st.floats(0.0, 1e9)
 names = st.text(min_size=1, max_size=100).filter(lambda text: text.encode("utf-8", "ignore").decode() == text)
 zones = st.sampled_from([UTC, timezone(timedelta(hours=5, minutes=30)), timezone(-timedelta(hours=8))])
@@ -27,7 +28,7 @@ zones = st.sampled_from([UTC, timezone(timedelta(hours=5, minutes=30)), timezone
         Reading,
         source=names,
         sequence=st.integers(0, 2**53 - 1),
-        taken_at=st.datetimes(datetime(1971, 1, 1), datetime(2100, 1, 1), timezones=zones),
+        taken_at=st.datetimes(FIRST, LAST, timezones=zones),
         sensor=names,
         amplitude=amounts,
         phase_deg=st.none() | st.floats(-360.0, 360.0),
@@ -46,5 +47,6 @@ def test_any_reading_there_and_back(reading: Reading) -> None:
 @pytest.mark.parametrize("name", ["amplitude", "phase_deg", "speed_rpm", "scatter", "overall_rms"])
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_what_json_does_not_have_is_refused(name: str, value: float) -> None:
+    spoilt = replace(readings(1)[0], **{name: value})  # type: ignore[arg-type]
     with pytest.raises(BrokenSource, match="sequences 1 to 1"):
-        reading_to_json(replace(readings(1)[0], **{name: value})  # type: ignore[arg-type])
+        reading_to_json(spoilt)
