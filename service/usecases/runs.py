@@ -68,7 +68,7 @@ def outdate(store: Store, session_id: str) -> None:
         if document.request.source == "fit" and not document.stale:
             correction.correction = replace(document, stale=True)
     for plan in store.plans(session_id):
-        if plan.plan.state == "proposed" and not plan.plan.stale:
+        if plan.plan.state != "fitted" and not plan.plan.stale:
             plan.plan = replace(plan.plan, stale=True)
 
 

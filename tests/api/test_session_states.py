@@ -130,6 +130,13 @@ class TestStale:
         shop.refused("POST", f"/plans/{plan['id']}/fitted", {}, 409, "plan_stale")
         assert shop.fit(plan, accept_stale=True)["state"] == "fitted"
 
+    def test_a_plan_that_was_taken_off_goes_stale_too(self, shop: Workshop) -> None:
+        session = shop.session()
+        plan = shop.fit(shop.planned(session))
+        shop.ask("POST", f"/plans/{plan['id']}/unfit")
+        shop.run(session, "initial")
+        shop.refused("POST", f"/plans/{plan['id']}/fitted", {}, 409, "plan_stale")
+
     def test_a_balancers_answer_does_not_go_stale(self, shop: Workshop) -> None:
         session = shop.session()
         correction = shop.correct(session, source="balancer", masses=[mass("1", 100.0, 40.0)])
