@@ -29,6 +29,7 @@ from tests.api.workshop import Workshop, application
 GOLDEN = Path(__file__).parents[1] / "golden" / "openapi.json"
 UNITS = re.compile(r"\b(mm|g|g\.mm|kg|degrees|r/min|N|s|UTC|pieces|[Uu]nits?)\b")
 CLOSE = 1e-9
+EVENT = "event: live\ndata: "
 VARYING = frozenset({"evaluations", "version"})
 """What differs from one computer or version to the next without being another answer."""
 
@@ -139,6 +140,8 @@ def differences(stored: Any, now: Any, where: str) -> Iterator[str]:
     elif isinstance(stored, float) and isinstance(now, float | int):
         if not math.isclose(stored, now, rel_tol=CLOSE, abs_tol=CLOSE):
             yield f"{where}: {stored} -> {now}"
+    elif isinstance(stored, str) and isinstance(now, str) and stored.startswith(EVENT) and now.startswith(EVENT):
+        yield from differences(json.loads(stored.removeprefix(EVENT)), json.loads(now.removeprefix(EVENT)), where)
     elif stored != now:
         yield f"{where}: {stored!r} -> {now!r}"
 
