@@ -11,7 +11,7 @@ from service.balancing.certified import FIRST_GENERATIONS, FIRST_MEMBERS
 from service.balancing.exact import ExactState, exact_result, last_state, search_exact
 from service.balancing.jaya import solve_jaya
 from service.balancing.placements import Selection, result_of
-from service.balancing.selection import SelectionProblem, SelectionResult
+from service.balancing.selection import SelectionProblem, SelectionResult, Status
 from service.errors import InvalidInput
 
 JAYA_SHARE = 0.2
@@ -52,8 +52,9 @@ def run_method(
     """Solve within the request's time limit on `monotonic`; the best selection so far is returned when it is over.
 
     uncertainty: what the measurement cannot tell, in the objective's unit; a smaller gap is not worth a long search.
-    Raises InvalidInput for a mode without its limit.
+    Raises InvalidInput for a mode without its limit, or a wish that mode or method cannot fulfil.
     """
+    _refuse_unheard(request)
     begun = monotonic()
     solved = Solved()
 
@@ -78,7 +79,7 @@ def run_method(
 
             def exact() -> SelectionResult:
                 found = prove(problem, start, request.alternatives, uncertainty, over())
-                solved.others = _others(problem, found)
+                solved.others = _others(problem, found, uncertainty)
                 return prefer(problem, exact_result(problem, found, uncertainty), request.slack, stop=over())
 
             add("exact", exact)
@@ -93,14 +94,17 @@ def prove(
     uncertainty: float,
     stop: Callable[[], bool],
 ) -> ExactState:
-    """The exact search, ended when it has proved its best, when `stop()` says so, or when more is not worth it."""
+    """The exact search, ended when it has proved its best, when `stop()` says so, or when more is not worth it.
+
+    Worth it is what could be better than the last of the alternatives, not only than the best.
+    """
     steps = 0
 
     def enough(state: ExactState) -> bool:
         nonlocal steps
         steps += 1
-        near = steps > PATIENCE and state.value - state.lower_bound <= uncertainty
-        return state.proved or near or stop()
+        near = len(state.values) > alternatives and state.values[-1] - state.lower_bound <= uncertainty
+        return state.proved or (near and steps > PATIENCE) or stop()
 
     return last_state(search_exact(problem, start=start, keep=1 + alternatives), enough)
 
@@ -134,10 +138,36 @@ def _first_answer(problem: SelectionProblem, seed: int, stop: Callable[[], bool]
     return solve_jaya(problem, seed, members=FIRST_MEMBERS, generations=FIRST_GENERATIONS, stop=stop)
 
 
-def _others(problem: SelectionProblem, state: ExactState) -> tuple[SelectionResult, ...]:
-    """The next best selections of a search, with its bound."""
-    whole = exact_result(problem, state)
-    return tuple(
-        result_of(problem, selection, whole.status, whole.message, state.evaluations, state.lower_bound)
-        for selection in state.selections[1:]
-    )
+def _refuse_unheard(request: PlanRequest) -> None:
+    """Raise InvalidInput for what this mode or method would pass over in silence."""
+    unheard: list[tuple[str, object, str]] = []
+    if request.mode == "fewest" or request.method == "modified_jaya":
+        unheard += [("alternatives", request.alternatives, "mode best with method certified or exact")]
+        unheard += [("slack", request.slack, "mode best with method certified or exact")]
+    if request.mode == "best":
+        unheard += [("limit", request.limit, "mode fewest")]
+    for field_name, value, belongs_to in unheard:
+        if value:
+            raise InvalidInput(
+                f"{field_name} {value} has no meaning with mode {request.mode} and method {request.method}",
+                field=field_name,
+                value=value,
+                advice=f"leave {field_name} out, or use {belongs_to}",
+            )
+
+
+def _others(problem: SelectionProblem, state: ExactState, uncertainty: float) -> tuple[SelectionResult, ...]:
+    """The next best selections of a search, with the bound of them all; proved means that nothing comes between."""
+    out = []
+    for rank, (selection, value) in enumerate(zip(state.selections[1:], state.values[1:], strict=True), start=1):
+        gap = value - state.lower_bound
+        status: Status = "limit_reached"
+        message = f"stopped before the proof: up to {gap:.3g} better is not excluded"
+        if state.proved:
+            status = "optimal"
+            message = f"proved: no more than {rank} selection{'s' * (rank > 1)} within the limits can be better"
+        elif gap <= uncertainty:
+            status = "within_uncertainty"
+            message = f"nothing can be better by more than {gap:.3g}, less than can be measured"
+        out.append(result_of(problem, selection, status, message, state.evaluations, state.lower_bound))
+    return tuple(out)
