@@ -116,7 +116,7 @@ class Offer:
     objective_value: float | None
     """Objective of the placements, in the objective's unit; null without a selection."""
     lower_bound: float | None
-    """Proved: no selection has a smaller objective; null where nothing is proved."""
+    """Proved: no selection has a smaller objective; in a front and with mode fewest, none of as few masses."""
     gap: float | None
     """Objective minus lower bound; null where nothing is proved."""
 
@@ -126,7 +126,7 @@ class FrontPoint:
     """The best selection of at most so many masses in all."""
 
     pieces: int
-    """Masses in all planes together."""
+    """Masses in all planes together, kept ones included; as-found pieces that must stay are not counted."""
     offer: Offer
     """The selection."""
 
@@ -209,6 +209,8 @@ class PlanInputs:
     """Pieces of the as-found rotor that are off it now."""
     version: str
     """Version of Drumtrue."""
+    catalogue_id: str | None = None
+    """The box of stock masses; null where it is not stored."""
 
 
 @document
@@ -244,7 +246,7 @@ class Plan:
     objective_unit: str
     """g.mm for components; 1 for residual_vibration (over limit) and bearing_force (share of the reactions)."""
     lower_bound: float | None
-    """Proved: no selection has a smaller objective; null where nothing is proved."""
+    """Proved: no selection has a smaller objective (mode fewest: none of as few masses); null without proof."""
     gap: float | None
     """Objective minus lower bound; null where nothing is proved."""
     objective_scatter: float | None

@@ -16,11 +16,15 @@ from service.usecases.solvers import run_method
 
 
 def front_of(ground: Ground, request: PlanRequest, monotonic: Callable[[], float]) -> tuple[FrontPoint, ...]:
-    """The best selection of at most 0, 1, 2 ... masses in all, as far as one more makes it better; each proved."""
+    """The best selection of at most 0, 1, 2 ... masses in all, as far as one more makes it better; each proved.
+
+    With base present it begins with the masses that are kept.
+    """
     posed = pose(ground, request)
     begun = monotonic()
     points = front(posed.problem, stop=lambda: monotonic() - begun >= request.time_limit_s)
-    return tuple(FrontPoint(pieces=point.pieces, offer=offer_of(posed, point.result)) for point in points)
+    kept = len(ground.inputs.present) if request.base == "present" else 0
+    return tuple(FrontPoint(pieces=kept + point.pieces, offer=offer_of(posed, point.result)) for point in points)
 
 
 def what_if(ground: Ground, plan: Plan, asked: WhatIfRequest, monotonic: Callable[[], float]) -> WhatIf:

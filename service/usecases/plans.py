@@ -72,13 +72,16 @@ def get(work: Work, plan_id: str) -> Plan:
 
 
 def front(work: Work, plan_id: str) -> tuple[FrontPoint, ...]:
-    """The best selection for each number of masses, as far as one more makes it better. Raises NotFound."""
+    """The best selection for each number of masses, as far as one more makes it better.
+
+    Raises NotFound, or Conflict for a plan from another box than the session has now.
+    """
     plan, ground = _solved(work, plan_id)
     return offers.front_of(ground, plan.request, work.monotonic)
 
 
 def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
-    """The plan under other circumstances; nothing is stored. Raises NotFound, InvalidInput."""
+    """The plan under other circumstances; nothing is stored. Raises NotFound, InvalidInput, or Conflict as `front`."""
     plan, ground = _solved(work, plan_id)
     return offers.what_if(ground, plan, request, work.monotonic)
 
@@ -86,13 +89,15 @@ def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
 def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
     """Take the masses from stock, all or none; pieces of the plan fitted before go back or stay.
 
-    Raises Conflict where the box holds too few, OutOfOrder for a plan that cannot be fitted, InvalidInput for a piece
-    at an angle that is no position or a mass that is not in the box.
+    Raises Conflict where the box holds too few or is not the plan's, OutOfOrder for a plan that cannot be fitted,
+    InvalidInput for a piece at an angle that is no position or a mass that is not in the box.
     """
     with work.database.write() as store:
         row, session, box = _locked(store, plan_id)
         state = states.after(session, "fitted")
         _require_fittable(row.plan, request)
+        if request.actual is None:
+            _require_its_box(row.plan, session)
         ground = _ground(store, session, row.plan.correction_id, False)
         actual = row.plan.placements
         if request.actual is not None:
@@ -167,7 +172,7 @@ def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool) -
         run_out=session.run_out,
         correction=correction.correction,
         as_found=session.on_rotor,
-        inputs=PlanInputs(counts=counts, present=present, present_off=off, version=__version__),
+        inputs=PlanInputs(counts=counts, present=present, present_off=off, version=__version__, catalogue_id=box.id),
     )
 
 
@@ -176,6 +181,7 @@ def _solved(work: Work, plan_id: str) -> tuple[Plan, Ground]:
     with work.database.read() as store:
         plan = require(store, PlanRow, plan_id).plan
         session = require(store, SessionRow, plan.session_id)
+        _require_its_box(plan, session)
         ground = _ground(store, session, plan.correction_id, False)
     return plan, replace(ground, inputs=plan.inputs)
 
@@ -186,6 +192,18 @@ def _locked(store: Store, plan_id: str) -> tuple[PlanRow, SessionRow, CatalogueR
     session = require(store, SessionRow, found.session_id, lock=True)
     box = require(store, CatalogueRow, session.catalogue_id or "", lock=True)
     return require(store, PlanRow, plan_id, lock=True), session, box
+
+
+def _require_its_box(plan: Plan, session: SessionRow) -> None:
+    """Its masses mean pieces of the box that it was made from. Raises Conflict where the session has another one."""
+    if plan.inputs.catalogue_id not in (None, session.catalogue_id):
+        raise Conflict(
+            f"plan {plan.number} was made from another box",
+            code="box_changed",
+            field="catalogue_id",
+            value=session.catalogue_id,
+            advice="make a new plan from this box, or give the session the box of the plan back",
+        )
 
 
 def _require_fittable(plan: Plan, request: FittedRequest) -> None:
