@@ -19,6 +19,8 @@ from service.balancing.selection import UNLIMITED, Piece, SelectionPlane, Select
 from service.errors import NumericsError
 
 May = Literal["stay", "move", "remove"]
+ALIKE_G = 1e-9
+"""Two pieces whose masses differ by less are alike."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +57,16 @@ class FittedProblem:
     def fates(self, selection: Selection) -> tuple[tuple[Fate, ...], Selection]:
         """What becomes of each fitted piece, in order, and the pieces that come new out of the box."""
         left = [list(pieces) for pieces in selection]
+        mass = effective_g(self.problem.stock)
         fates: dict[int, Fate] = {}
         for n, (piece, place, item) in enumerate(zip(self.fitted, self.places, self.items, strict=True)):
             if item is None:
                 fates[n] = Fate(piece, "stays", (piece.plane, place))
-            elif Piece(place, item) in left[piece.plane]:
-                left[piece.plane].remove(Piece(place, item))
+                continue
+            # A piece is not unbolted to bolt its like into the same hole.
+            alike = [q for q in left[piece.plane] if q.position == place and abs(mass[q.item] - mass[item]) < ALIKE_G]
+            if alike:
+                left[piece.plane].remove(Piece(place, item) if Piece(place, item) in alike else alike[0])
                 fates[n] = Fate(piece, "stays", (piece.plane, place))
         for n, (piece, item) in enumerate(zip(self.fitted, self.items, strict=True)):
             if n in fates:
@@ -102,8 +108,7 @@ def with_fitted(
         planes[piece.plane] = replace(planes[piece.plane], fixed=complex(planes[piece.plane].fixed + change))
         places.append(place)
         items.append(item)
-    kinds = len(stock.masses_g)
-    planes = [_restricted(plane, p, kinds, restricted) for p, plane in enumerate(planes)]
+    planes = [_restricted(plane, p, stock, restricted) for p, plane in enumerate(planes)]
     return FittedProblem(
         replace(problem, planes=tuple(planes), stock=stock), tuple(fitted), tuple(places), tuple(items)
     )
@@ -152,7 +157,9 @@ def _into_the_box(stock: Stock, piece: FittedPiece, restricted: list[tuple[int, 
     """Add a piece: to the item of the same mass where it may go anywhere, as an item of its own otherwise."""
     own = {item for item, _, _ in restricted}
     if piece.may == "move":
-        same = [int(i) for i in np.flatnonzero(np.abs(effective_g(stock) - piece.mass_g) < 1e-9) if int(i) not in own]
+        same = [
+            int(i) for i in np.flatnonzero(np.abs(effective_g(stock) - piece.mass_g) < ALIKE_G) if int(i) not in own
+        ]
         if same:
             counts = stock.counts.copy()
             if counts[same[0]] < UNLIMITED:
@@ -169,17 +176,23 @@ def _into_the_box(stock: Stock, piece: FittedPiece, restricted: list[tuple[int, 
 
 
 def _restricted(
-    plane: SelectionPlane, p: int, kinds: int, restricted: Sequence[tuple[int, int, int]]
+    plane: SelectionPlane, p: int, stock: Stock, restricted: Sequence[tuple[int, int, int]]
 ) -> SelectionPlane:
-    """The plane with columns for all items, each restricted item only in its own position."""
+    """The plane with columns for all items, each restricted item only in its own position.
+
+    Where that takes one piece, nothing alike goes there: it would be the same selection once more.
+    """
     if not restricted and plane.allowed is None:
         return plane
-    allowed = np.ones((len(plane.angles), kinds), dtype=bool)
+    mass = effective_g(stock)
+    allowed = np.ones((len(plane.angles), len(mass)), dtype=bool)
     if plane.allowed is not None:
         allowed[:, : plane.allowed.shape[1]] = plane.allowed
     for item, where, place in restricted:
         allowed[:, item] = False
         if where == p:
+            if plane.capacity[place] == 1:
+                allowed[place, np.abs(mass - mass[item]) < ALIKE_G] = False
             allowed[place, item] = True
     return replace(plane, allowed=allowed)
 

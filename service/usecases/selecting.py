@@ -60,7 +60,7 @@ def solve_plan(
         bearing_forces_n=forces(ground.machine, posed.target, result.vectors) if chosen else None,
         placement_spread=_placement_spread(posed, result),
         per_method=_per_method(solved),
-        alternatives=tuple(offer_of(posed, other) for other in solved.others),
+        alternatives=_distinct(offer, [offer_of(posed, other) for other in solved.others]),
         evaluations=sum(part.result.evaluations for part in solved.parts),
         seconds=solved.seconds,
         seed=request.seed,
@@ -81,6 +81,17 @@ def offer_of(posed: Posed, result: SelectionResult) -> Offer:
         lower_bound=_proved(result, result.lower_bound),
         gap=_proved(result, result.gap),
     )
+
+
+def _distinct(first: Offer, others: Sequence[Offer]) -> tuple[Offer, ...]:
+    """Without those that come to the same rotor: which of two like pieces sits in a hole makes no selection."""
+    seen = {(first.placements, first.taken_off)}
+    out = []
+    for offer in others:
+        if (offer.placements, offer.taken_off) not in seen:
+            seen.add((offer.placements, offer.taken_off))
+            out.append(offer)
+    return tuple(out)
 
 
 def refitted(ground: Ground, plan: Plan, actual: tuple[Placement, ...]) -> Plan:
