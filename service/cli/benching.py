@@ -35,3 +35,15 @@ def selection(
 
     bench = Bench(markdown=markdown, quick=quick, budget_s=budget, seeds=seeds, runs=runs)
     raise SystemExit(0 if bench_selection(bench, as_published=as_published) else 1)
+
+
+@app.command()
+def can(
+    markdown: Markdown = False,
+    frames: Annotated[int, typer.Option(min=1000, help="Frames of the run at full speed.")] = 200_000,
+    paced: Annotated[float, typer.Option(min=0.1, help="Seconds of the run at 8,000 frames/s.")] = 5.0,
+) -> None:
+    """From a CAN bus to the database, by the service itself and over a bridge, beside cantools' bare decode rate."""
+    from service.bench.can import bench_can
+
+    raise SystemExit(0 if bench_can(markdown=markdown, frames=frames, paced_s=paced) else 1)

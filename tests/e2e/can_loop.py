@@ -24,17 +24,15 @@ PER_RUN = 16
 TRIAL_G = 200.0
 
 
-def main(folder: Path, how: str) -> None:
-    """how: `bridge` carries the readings over HTTP, `listen` lets the service read the bus itself."""
-    listening = ("--can", "udp_multicast", "--source", "can") if how == "listen" else ()
+def main(folder: Path) -> None:
+    """The drum is balanced by what the bridge carries; the service reads the same bus itself, as another source."""
     database = folder / "drumtrue.db"
-    processes = [serve(database, PORT, *listening)]
+    processes = [serve(database, PORT, "--can", "udp_multicast", "--source", "direct")]
     try:
-        if how == "bridge":
-            spool = str(folder / "spool.db")
-            bridge = Process("bridge", "--can", "udp_multicast", "--spool", spool, "--status", "0.5")
-            bridge.wait_for("bridge: ")
-            processes.append(bridge)
+        spool = str(folder / "spool.db")
+        bridge = Process("bridge", "--can", "udp_multicast", "--spool", spool, "--status", "0.5")
+        bridge.wait_for("bridge: ")
+        processes.append(bridge)
         drum = Process(
             *("simulate", "--to", "can", "--control", f"127.0.0.1:{CONTROL}", "--seed", str(SEED), "--interval", "0.02")
         )
@@ -44,7 +42,7 @@ def main(folder: Path, how: str) -> None:
             httpx2.Client(base_url=f"http://127.0.0.1:{PORT}/api/v1", trust_env=False, timeout=60.0), database
         )
         result["statuses"] = [process.stop() for process in reversed(processes)]
-        result["lines"] = processes[1].lines[-3:]
+        result["bridged"], result["direct"] = vectors(database, "can"), vectors(database, "direct")
         print(json.dumps(result))
     finally:
         for process in processes:
@@ -57,7 +55,8 @@ def balance(api: httpx2.Client, database: Path) -> dict[str, Any]:
     spec = threshing_drum_example(SEED)
     machine = told(api.post("/machines", json=machine_of(spec, "drum")))
     box = told(api.post("/catalogues", json=catalogue_of("box")))
-    told(api.put("/sources/can", json={"machine_id": machine["id"]}))
+    for source in ("can", "direct"):
+        told(api.put(f"/sources/{source}", json={"machine_id": machine["id"]}))
     session = told(api.post("/sessions", json={"machine_id": machine["id"], "catalogue_id": box["id"]}))["id"]
     run(api, database, session, "initial", [])
     for plane in spec.planes:
@@ -89,10 +88,17 @@ def run(api: httpx2.Client, database: Path, session: str, kind: str, masses: lis
     told(api.post(f"/sessions/{session}/runs", json=body))
 
 
+def vectors(database: Path, source: str) -> list[tuple[object, ...]]:
+    """What is stored of a source, in its order."""
+    query = "SELECT sensor, amplitude, phase_deg, speed_rpm FROM reading WHERE source = ? ORDER BY sequence"
+    with closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True)) as connection:
+        return list(connection.execute(query, (source,)))
+
+
 def newest(database: Path) -> str:
     """When the newest stored reading was taken."""
     with closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True)) as connection:
-        (moment,) = connection.execute("SELECT max(taken_at) FROM reading").fetchone()
+        (moment,) = connection.execute("SELECT max(taken_at) FROM reading WHERE source = 'can'").fetchone()
     return moment or ""
 
 
@@ -111,4 +117,4 @@ def told(answer: httpx2.Response) -> Any:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2])
+    main(Path(sys.argv[1]))

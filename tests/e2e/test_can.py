@@ -9,14 +9,16 @@ import pytest
 
 from tests.e2e.namespaces import no_namespace, run_inside
 
-pytestmark = pytest.mark.skipif(no_namespace() is not None, reason=no_namespace() or "")
 
-
-@pytest.mark.parametrize("how", ["bridge", "listen"])
-def test_a_drum_on_the_bus_is_balanced(tmp_path: Path, how: str) -> None:
-    done = run_inside("tests.e2e.can_loop", str(tmp_path), how, timeout_s=60)
+@pytest.mark.skipif(no_namespace() is not None, reason=no_namespace() or "")
+def test_a_drum_on_the_bus_is_balanced(tmp_path: Path) -> None:
+    done = run_inside("tests.e2e.can_loop", str(tmp_path), timeout_s=120)
     assert done.returncode == 0, done.stdout + done.stderr
     result = json.loads(done.stdout.splitlines()[-1])
-    assert all(reduction >= 0.9 for reduction in result["reductions"]), result
+    assert all(reduction >= 0.9 for reduction in result["reductions"]), result["reductions"]
     assert {piece["plane"] for piece in result["pieces"]} == {"1", "2"}
-    assert result["statuses"] == [0] * len(result["statuses"])
+    assert result["statuses"] == [0, 0, 0]
+    # Both ways read the same frames: the same vectors, none lost and none doubled on either.
+    bridged, direct = result["bridged"], result["direct"]
+    assert len(bridged) > 100
+    assert bridged == direct[-len(bridged) :]

@@ -1,0 +1,219 @@
+"""`drumtrue bench can`: from the bus to the database, beside cantools' bare decode rate as the limit.
+
+The bus is one of its own in the reading process, which hands over frames prepared before: it costs next to nothing and
+loses nothing, as a kernel's buffer does. Every frame is a whole reading, the most work a frame can be.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import can
+import httpx2
+from rich.console import Console
+
+from db.documents.base import read_json
+from db.documents.machine import Machine
+from drivers.bridge import Bridge, HttpSender, Sender
+from drivers.can_bus import BusAddress
+from drivers.can_driver import CanDriver
+from drivers.can_sender import FrameEncoder
+from drivers.can_toml import standard_mapping
+from drivers.clock import SystemClock
+from drivers.http_out import HttpOut
+from drivers.reading import Reading
+from drivers.spool import Keeper, MemorySpool, Spool
+from service import bootstrap
+from service.bench.timing import show
+from service.settings import Settings
+from service.usecases import machines, readings
+from service.usecases.delivery import IntoDatabase
+
+FULL_BUS = 8_000
+"""Frames of 8 bytes that a classic bus of 1 Mbit/s carries in a second."""
+AIMS = {"listen": 3 * FULL_BUS, "bridge": FULL_BUS}
+COUNTER_TURNS = 100
+SENSORS = ("P", "Q")
+MAPPING = standard_mapping(SENSORS)
+MACHINE = {
+    "name": "bench",
+    "service_speed_rpm": 460.0,
+    "planes": [{"name": "1", "radius_mm": 330.0, "positions_deg": [0.0, 90.0, 180.0, 270.0], "max_masses": 3}],
+    "sensors": [{"name": name} for name in SENSORS],
+}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """frames that were sent, stored readings, seconds until all were stored, CPU seconds of the reading process."""
+
+    frames: int
+    stored: int
+    seconds: float
+    cpu_s: float
+
+    @property
+    def rate(self) -> float:
+        """Frames per second, from the first on the bus to the last in the database."""
+        return self.frames / self.seconds
+
+
+def bench_can(*, markdown: bool = False, frames: int = 200_000, paced_s: float = 5.0) -> bool:
+    """Print the table; True where every aim is met and nothing was lost."""
+    prepared = prepared_frames()
+    bare = _bare_decode(prepared)
+    lines = [("cantools decode alone", f"{bare:,.0f}", "", "", "", "")]
+    good = True
+    for name, what, measure in (
+        ("listen", "serve --can: bus to database", into_database),
+        ("bridge", "bridge: bus, spool, HTTP, database", over_http),
+    ):
+        full = measure(prepared, frames, None)
+        paced = measure(prepared, int(FULL_BUS * paced_s), FULL_BUS)
+        lost = full.frames - full.stored + paced.frames - paced.stored
+        met = full.rate >= AIMS[name] and lost == 0
+        good &= met
+        share = f"{100 * paced.cpu_s / paced.seconds:.0f} %"
+        lines.append((what, f"{full.rate:,.0f}", f"{AIMS[name]:,}", str(lost), share, "met" if met else "MISSED"))
+    header = ("what", "frames/s", "aim", "lost", f"CPU of one core at {FULL_BUS:,}/s", "")
+    show(Console(), "bench can", header, lines, markdown=markdown)
+    return good
+
+
+def prepared_frames() -> list[can.Message]:
+    """Frames of two sensors whose counters go on where the list begins again."""
+    encoder = FrameEncoder(MAPPING)
+    found: list[can.Message] = []
+    for index in range(256 * COUNTER_TURNS):
+        reading = Reading(
+            "x", 1, datetime.now(UTC), SENSORS[index % 2], 3.0 + 0.001 * (index % 500), 0.1 * (index % 3600)
+        )
+        found.append(encoder.reading(reading)[-1])
+    return found
+
+
+class PreparedBus(can.BusABC):
+    """Gives prepared frames, `rate` of them a second or as fast as they are taken, so many in all."""
+
+    def __init__(self, frames: list[can.Message], count: int, rate: int | None) -> None:
+        super().__init__(channel="prepared")
+        self._frames, self._count, self._rate = frames, count, rate
+        self._given = 0
+        self.begun = 0.0
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        """Nothing is sent on this bus."""
+        raise NotImplementedError
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._given:
+            self.begun = time.perf_counter()
+        if self._given >= self._count:
+            time.sleep(timeout or 0.0)
+            return None, False
+        if self._rate is not None:
+            early = self.begun + self._given / self._rate - time.perf_counter()
+            if early > 0.0:
+                time.sleep(early)
+        frame = self._frames[self._given % len(self._frames)]
+        self._given += 1
+        return frame, False
+
+
+def into_database(prepared: list[can.Message], count: int, rate: int | None) -> Measured:
+    """As `serve --can` does."""
+    with tempfile.TemporaryDirectory() as folder:
+        database = Path(folder) / "bench.db"
+        work = bootstrap.build_work(Settings(database_url=f"sqlite:///{database}"))
+        machine = machines.create(work, read_json(Machine, json.dumps(MACHINE)))
+        readings.bind(work, "can", machine.id)
+        try:
+            return _run(prepared, count, rate, database, MemorySpool(most=2 * count + 1000), IntoDatabase(work))
+        finally:
+            work.database.close()
+
+
+def over_http(prepared: list[can.Message], count: int, rate: int | None) -> Measured:
+    """As `drumtrue bridge` does, to a service in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        database = Path(folder) / "bench.db"
+        with served(database) as url, Spool(Path(folder) / "spool.db") as spool:
+            _bind(url)
+            return _run(prepared, count, rate, database, spool, HttpSender(HttpOut(url)))
+
+
+def _run(
+    prepared: list[can.Message], count: int, rate: int | None, database: Path, spool: Keeper[Any], sender: Sender[Any]
+) -> Measured:
+    """Bridge so many frames, and stop the clock when the last is acknowledged."""
+    bus, stop, cpu = PreparedBus(prepared, count, rate), threading.Event(), time.process_time()
+    driver = CanDriver(BusAddress("prepared"), MAPPING, clock=SystemClock(), source="can", open_with=lambda _: bus)
+    bridge = Bridge(
+        driver,
+        spool,
+        sender,
+        stop=stop,
+        clock=SystemClock(),
+        rng=random.Random(1),  # noqa: S311
+        report=lambda _: None,
+    )
+    thread = threading.Thread(target=bridge.run)
+    thread.start()
+    while thread.is_alive() and bridge.totals.delivered < count:
+        time.sleep(0.002)
+    seconds, cpu = time.perf_counter() - bus.begun, time.process_time() - cpu
+    stop.set()
+    thread.join()
+    with closing(sqlite3.connect(database)) as connection:
+        (stored,) = connection.execute("SELECT count(DISTINCT sequence) FROM reading").fetchone()
+    return Measured(count, int(stored), seconds, cpu)
+
+
+@contextmanager
+def served(database: Path) -> Iterator[str]:
+    """A service in a process of its own; yields its address."""
+    command = [sys.executable, "-m", "service", "serve", "--port", "0", "--database-url", f"sqlite:///{database}"]
+    process = subprocess.Popen(  # noqa: S603
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    try:
+        assert process.stdout is not None  # noqa: S101
+        yield process.stdout.readline().split()[2]
+    finally:
+        process.terminate()
+        process.wait()
+        if process.stdout is not None:
+            process.stdout.close()
+
+
+def _bind(url: str) -> None:
+    with httpx2.Client(base_url=f"{url}/api/v1", trust_env=False) as api:
+        stored = api.post("/machines", json=MACHINE).raise_for_status().json()
+        api.put("/sources/can", json={"machine_id": stored["id"]}).raise_for_status()
+
+
+def _bare_decode(prepared: list[can.Message]) -> float:
+    """Frames a second that cantools decodes, and nothing else."""
+    decoders: dict[int, Callable[..., Any]] = {m.frame_id: m.decode for m in MAPPING.messages()}
+    begun = time.perf_counter()
+    for frame in prepared:
+        decoders[frame.arbitration_id](frame.data, decode_choices=False)
+    return len(prepared) / (time.perf_counter() - begun)
