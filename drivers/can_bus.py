@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import socket
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -10,6 +12,8 @@ import can
 
 from drivers.errors import BusUnavailable, InvalidSetting
 
+QUEUE_BYTES = 4 * 1024 * 1024
+"""About half a second of a full bus, at what the kernel counts for a frame; it may grant less."""
 MULTICAST_GROUP = "239.74.163.2"
 DEFAULTS: Mapping[str, Mapping[str, object]] = {
     # The IPv6 group that python-can takes by itself does not work on the loopback interface alone, and a hop limit of 1
@@ -55,7 +59,9 @@ def open_bus(address: BusAddress) -> can.BusABC:
     if address.channel is not None:
         settings["channel"] = address.channel
     try:
-        return can.Bus(interface=address.interface, ignore_config=True, **settings)  # type: ignore[arg-type]
+        bus = can.Bus(interface=address.interface, ignore_config=True, **settings)  # type: ignore[arg-type]
+        _widen(bus)
+        return bus
     except (can.CanInterfaceNotImplementedError, NotImplementedError) as error:
         known = ", ".join(sorted(can.VALID_INTERFACES))
         raise BusUnavailable(f"CAN interface {address.interface!r} is unknown: use one of {known}") from error
@@ -67,6 +73,15 @@ def open_bus(address: BusAddress) -> can.BusABC:
         raise BusUnavailable(f"{address} cannot be opened ({error}): {_advice(address.interface)}") from error
     except (TypeError, ValueError, KeyError, AttributeError) as error:
         raise BusUnavailable(f"{address} cannot be opened ({error}): check the channel and the options") from error
+
+
+def _widen(bus: can.BusABC) -> None:
+    """Ask for a long queue in the kernel: what a short one cannot hold while this process is busy is lost unseen."""
+    try:
+        with socket.socket(fileno=os.dup(bus.fileno())) as queue:
+            queue.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, QUEUE_BYTES)
+    except (OSError, NotImplementedError):
+        return  # no socket: an adapter with a queue of its own
 
 
 @contextmanager

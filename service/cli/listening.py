@@ -11,7 +11,7 @@ from drivers.bridge import Bridge
 from drivers.clock import SystemClock
 from drivers.reading import Answer, Entry
 from drivers.spool import MemorySpool
-from service.cli.bridging import BusChoice, can_driver, first_sequence, tell
+from service.cli.bridging import BusChoice, can_driver, first_sequence, read_closely, tell
 from service.usecases import readings
 from service.usecases.delivery import IntoDatabase
 from service.usecases.work import Work
@@ -20,6 +20,7 @@ from service.usecases.work import Work
 @contextmanager
 def listening(work: Work, bus: BusChoice, source: str, status_s: float = 60.0) -> Iterator[None]:
     """Read a bus into the database for the length of a block. Raises what opening the bus raises."""
+    read_closely()
     stop = threading.Event()
     answers: list[Callable[[Answer], None]] = []
     driver = can_driver(bus, source, max(readings.highest_sequence(work, source) + 1, first_sequence()), answers)

@@ -56,7 +56,12 @@ def test_an_unknown_interface_is_told_by_the_real_library() -> None:
 
 def test_multicast_stays_on_this_machine_unless_told_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[dict[str, Any]] = []
-    monkeypatch.setattr(can, "Bus", lambda **settings: seen.append(settings))
+
+    def opened(**settings: Any) -> can.BusABC:
+        seen.append(settings)
+        return LostBus()
+
+    monkeypatch.setattr(can, "Bus", opened)
     open_bus(BusAddress("udp_multicast"))
     open_bus(BusAddress("udp_multicast", "239.1.1.1", {"hop_limit": 2}))
     assert [(one["channel"], one["hop_limit"]) for one in seen] == [("239.74.163.2", 0), ("239.1.1.1", 2)]

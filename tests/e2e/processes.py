@@ -36,7 +36,7 @@ class Process:
                 self.lines.append(line.rstrip())
                 self._news.notify_all()
 
-    def wait_for(self, words: str, seconds: float = 30.0) -> str:
+    def wait_for(self, words: str, seconds: float = 90.0) -> str:
         """The first line with these words in it."""
         with self._news:
             found = self._news.wait_for(lambda: self._find(words) or self.popen.poll() is not None, seconds)
