@@ -296,6 +296,6 @@ class FittedRequest:
     """State that a plan is bolted on."""
 
     actual: Annotated[tuple[ActualPlacement, ...], MAX_LIST] | None = None
-    """What was really fitted from the box, where it differs from the plan; as-found pieces moved by it are not stated."""
+    """What was really fitted from the box, where it differs from the plan; as-found pieces are not stated."""
     accept_stale: bool = False
     """True: fit a plan although a run was added or excluded since."""

@@ -10,9 +10,9 @@ from db.documents.plan import FrontPoint, Plan, PlanRequest, StockChange, WhatIf
 from service.balancing.alternatives import front
 from service.errors import InvalidInput
 from service.usecases.catalogues import item_of
+from service.usecases.keeping import broken_limits
 from service.usecases.posing import Ground, pose
-from service.usecases.selecting import UNIT, offer_of
-from service.usecases.solvers import run_method
+from service.usecases.selecting import UNIT, offer_of, solve
 
 
 def front_of(ground: Ground, request: PlanRequest, monotonic: Callable[[], float]) -> tuple[FrontPoint, ...]:
@@ -21,6 +21,8 @@ def front_of(ground: Ground, request: PlanRequest, monotonic: Callable[[], float
     With base present it begins with the masses that are kept.
     """
     posed = pose(ground, request)
+    if broken_limits(posed) is not None:
+        return ()
     begun = monotonic()
     points = front(posed.problem, stop=lambda: monotonic() - begun >= request.time_limit_s)
     kept = len(ground.inputs.present) if request.base == "present" else 0
@@ -37,7 +39,7 @@ def what_if(ground: Ground, plan: Plan, asked: WhatIfRequest, monotonic: Callabl
     changed = replace(ground, inputs=replace(ground.inputs, counts=counts))
     request = replace(plan.request, blocked=(*plan.request.blocked, *asked.blocked), alternatives=0)
     posed = pose(changed, request)
-    offer = offer_of(posed, run_method(posed.problem, request, posed.uncertainty, monotonic).result)
+    offer = offer_of(posed, solve(posed, monotonic).result)
     known = plan.objective_value is not None and offer.objective_value is not None
     return WhatIf(
         offer=offer,

@@ -18,9 +18,10 @@ from service.balancing.rotor import bearing_reactions
 from service.balancing.selection import SelectionResult
 from service.balancing.units import angular_speed
 from service.usecases import mapping
+from service.usecases.keeping import broken_limits
 from service.usecases.posing import Ground, Posed, as_found_placement, in_order, on_now, pose
 from service.usecases.rules import plane_index, position_index
-from service.usecases.solvers import Solved, run_method
+from service.usecases.solvers import Part, Solved, run_method
 from service.usecases.solving import predicted_with
 
 UNIT = {"components": "g.mm", "residual_vibration": "1", "bearing_force": "1"}
@@ -41,7 +42,7 @@ def solve_plan(
     Deterministic but for `seconds`, as long as the time limit is not reached.
     """
     posed = pose(ground, request)
-    solved = run_method(posed.problem, request, posed.uncertainty, monotonic)
+    solved = solve(posed, monotonic)
     result = solved.result
     offer = offer_of(posed, result)
     chosen = result.pieces is not None
@@ -66,6 +67,14 @@ def solve_plan(
         seed=request.seed,
         created_at=at,
     )
+
+
+def solve(posed: Posed, monotonic: Callable[[], float]) -> Solved:
+    """Run the plan's solvers, unless the masses that are to stay break a limit by themselves."""
+    broken = broken_limits(posed)
+    if broken is not None:
+        return Solved([Part(posed.request.method, broken, 0.0)])
+    return run_method(posed.problem, posed.request, posed.uncertainty, monotonic)
 
 
 def offer_of(posed: Posed, result: SelectionResult) -> Offer:
