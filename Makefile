@@ -16,7 +16,7 @@ $(STAMP): pyproject.toml requirements.lock
 	touch $@
 
 demo: setup
-	$(BIN)/drumtrue demo
+	@start=$$(date +%s); $(BIN)/drumtrue demo && echo "make demo: $$(($$(date +%s) - start)) s"
 
 test: check unit
 
@@ -33,7 +33,7 @@ types: setup
 	$(BIN)/mypy
 
 unit: setup
-	$(BIN)/pytest
+	@start=$$(date +%s); $(BIN)/pytest -n 2 --durations=10 && echo "make unit: $$(($$(date +%s) - start)) s"
 
 lock: setup
 	$(BIN)/uv pip compile --universal --quiet --no-header --no-annotate --extra dev pyproject.toml -o requirements.lock

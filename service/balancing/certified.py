@@ -12,7 +12,7 @@ from service.balancing.jaya import JayaState, search_jaya
 from service.balancing.placements import result_of
 from service.balancing.selection import SelectionProblem, SelectionResult
 
-FIRST_MEMBERS, FIRST_GENERATIONS = 30, 60
+FIRST_MEMBERS, FIRST_GENERATIONS = 20, 15
 """Budget of the first answer; the exact search needs only something to compare with."""
 
 
