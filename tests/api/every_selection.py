@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations, product
@@ -55,23 +54,22 @@ class EverySelection:
     @cached_property
     def all(self) -> tuple[tuple[Hole, ...], ...]:
         """Every selection that the box can supply."""
-        firsts, seconds = (list(self._of_plane(plane, most)) for plane, most in zip("12", self.most, strict=True))
-        return tuple(one + other for one in firsts for other in seconds if self._in_the_box(one + other))
+        (firsts, seconds), pairs = self._planes, self._pairs
+        return tuple(firsts[i] + seconds[j] for i, j in pairs.tolist())
 
     @cached_property
     def pieces(self) -> NDArray[np.int64]:
         """Pieces of each selection."""
-        return np.array([len(chosen) for chosen in self.all])
+        return np.asarray(self._joined(len).sum(axis=1))
 
     @cached_property
     def grams(self) -> NDArray[np.float64]:
         """Total mass of each selection, g."""
-        return np.array([sum(grams for _, _, grams in chosen) for chosen in self.all])
+        return np.asarray(self._joined(lambda chosen: sum(grams for _, _, grams in chosen)).sum(axis=1))
 
     def values(self, objective: str, norm: str | None = None) -> NDArray[np.float64]:
         """Objective of each selection."""
-        u = np.array([[self._vector(chosen, plane) for plane in "12"] for chosen in self.all])
-        return rated(self.drum, u, objective, norm)
+        return rated(self.drum, self._joined(_vector) + self._vectors(self.fixed), objective, norm)
 
     def best(self, objective: str = "residual_vibration", norm: str | None = None) -> float:
         """The least objective there is."""
@@ -79,9 +77,33 @@ class EverySelection:
 
     def value_of(self, placements: Sequence[Mapping[str, Any]], objective: str, norm: str | None = None) -> float:
         """Objective of the placements that the service states."""
-        chosen = tuple((p["plane"], p["position_deg"], p["mass_g"] + p["fastener_g"]) for p in placements)
-        u = np.array([[self._vector(chosen, plane) for plane in "12"]])
-        return float(rated(self.drum, u, objective, norm)[0])
+        chosen = [(p["plane"], p["position_deg"], p["mass_g"] + p["fastener_g"]) for p in placements]
+        return float(rated(self.drum, self._vectors((*chosen, *self.fixed))[None, :], objective, norm)[0])
+
+    @cached_property
+    def _planes(self) -> tuple[list[tuple[Hole, ...]], list[tuple[Hole, ...]]]:
+        """What each plane may carry by itself."""
+        first, second = (list(self._of_plane(plane, most)) for plane, most in zip("12", self.most, strict=True))
+        return first, second
+
+    @cached_property
+    def _pairs(self) -> NDArray[np.int64]:
+        """Indices (N, 2) into both planes' choices of what the box can supply together."""
+        used = [
+            np.array([[sum(grams == mass for _, _, mass in chosen) for grams in self.box] for chosen in choices])
+            for choices in self._planes
+        ]
+        together = used[0][:, None, :] + used[1][None, :, :]
+        return np.argwhere((together <= np.array(list(self.box.values()))).all(axis=2))
+
+    def _joined(self, of: Callable[[tuple[Hole, ...]], complex]) -> NDArray[Any]:
+        """A number of each plane's choice, (N, 2)."""
+        each = [np.array([of(chosen) for chosen in choices]) for choices in self._planes]
+        return np.stack([each[0][self._pairs[:, 0]], each[1][self._pairs[:, 1]]], axis=1)
+
+    def _vectors(self, chosen: Sequence[Hole]) -> NDArray[np.complex128]:
+        """Vector sum of each plane, (2,) complex g."""
+        return np.array([_vector([one for one in chosen if one[0] == plane]) for plane in "12"])
 
     def _of_plane(self, plane: str, most: int) -> Iterator[tuple[Hole, ...]]:
         free = [angle for angle in ANGLES if (plane, angle) not in self.taken]
@@ -90,12 +112,10 @@ class EverySelection:
                 for masses in product(self.box, repeat=many):
                     yield tuple((plane, hole, grams) for hole, grams in zip(holes, masses, strict=True))
 
-    def _in_the_box(self, chosen: Sequence[Hole]) -> bool:
-        return all(self.box[grams] >= many for grams, many in Counter(grams for _, _, grams in chosen).items())
 
-    def _vector(self, chosen: Sequence[Hole], plane: str) -> complex:
-        everything = (*chosen, *self.fixed)
-        return sum((cmath.rect(m, math.radians(a)) for p, a, m in everything if p == plane), 0j)
+def _vector(chosen: Sequence[Hole]) -> complex:
+    """Vector sum of masses in one plane, g."""
+    return sum((cmath.rect(grams, math.radians(angle)) for _, angle, grams in chosen), 0j)
 
 
 def rated(drum: LinearDrum, u: NDArray[np.complex128], objective: str, norm: str | None = None) -> NDArray[np.float64]:

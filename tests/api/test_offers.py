@@ -36,8 +36,8 @@ class Bench:
     correction: Any
 
     def plan(self, **request: Any) -> Any:
-        """A certified plan unless the request says otherwise."""
-        usual = {"method": "certified", "max_masses_per_plane": None}
+        """A plan by the exact search unless the request says otherwise."""
+        usual = {"method": "exact", "max_masses_per_plane": None}
         return self.shop.plan(self.session, self.correction, **{**usual, **request})
 
     def refused(self, status: int = 422, code: str = "invalid_input", **request: Any) -> Any:
@@ -46,18 +46,12 @@ class Bench:
         return self.shop.refused("POST", f"/sessions/{self.session}/plans", body, status, code)
 
     def what_if(self, plan: Any, **asked: Any) -> Any:
-        """An answer that stores nothing."""
-        before = self.shop.rows()
-        answer = self.shop.post(f"/plans/{plan['id']}/what-if", asked)
-        assert self.shop.rows() == before
-        return answer
+        """The plan under other circumstances."""
+        return self.shop.post(f"/plans/{plan['id']}/what-if", asked)
 
     def front(self, plan: Any) -> Any:
-        """The front of a plan; nothing is stored."""
-        before = self.shop.rows()
-        points = self.shop.get(f"/plans/{plan['id']}/front")
-        assert self.shop.rows() == before
-        return points
+        """The front of a plan."""
+        return self.shop.get(f"/plans/{plan['id']}/front")
 
 
 def tiny_box(shop: Workshop, box: dict[float, int | None]) -> str:
@@ -111,7 +105,7 @@ def chosen(offer: Any) -> tuple[tuple[str, float, float], ...]:
 class TestBest:
     @pytest.mark.parametrize(("objective", "norm"), ALL)
     def test_certified_is_the_best_of_all(self, bench: Bench, objective: str, norm: str | None) -> None:
-        plan = bench.plan(objective=objective, norm=norm)
+        plan = bench.plan(objective=objective, norm=norm, method="certified")
         assert plan["status"] == "optimal"
         assert chosen(plan) in EVERYTHING.all
         assert plan["objective_value"] == pytest.approx(EVERYTHING.best(objective, norm), rel=SAME)
@@ -124,10 +118,10 @@ class TestBest:
         assert first["objective_value"] >= EVERYTHING.best(objective, norm) * (1.0 - SAME)
         assert (exact["status"], exact["objective_value"]) == ("optimal", plan["objective_value"])
         assert plan["evaluations"] == first["evaluations"] + exact["evaluations"]
-        alone = bench.plan(objective=objective, norm=norm, method="exact")
+        alone = bench.plan(objective=objective, norm=norm)
         assert (alone["placements"], len(alone["per_method"])) == (plan["placements"], 1)
 
-    @pytest.mark.parametrize(("objective", "norm"), ALL[:4])
+    @pytest.mark.parametrize(("objective", "norm"), ALL[:2])
     def test_modified_jaya_alone_proves_nothing(self, bench: Bench, objective: str, norm: str | None) -> None:
         plan = bench.plan(objective=objective, norm=norm, method="modified_jaya")
         assert (plan["status"], plan["lower_bound"], plan["gap"]) == ("heuristic", None, None)
@@ -140,7 +134,7 @@ class TestBest:
 
     def test_other_drums(self, shared_shop: Workshop) -> None:
         rng = np.random.default_rng(4)
-        for _ in range(4):
+        for _ in range(2):
             initial = {s: cmath.rect(rng.uniform(0.5, 6.0), rng.uniform(0.0, 6.28)) for s in "PQ"}
             influence = {
                 (s, p): cmath.rect(rng.uniform(0.01, 0.02) if near else rng.uniform(0.001, 0.008), rng.uniform(0, 6.28))
@@ -307,7 +301,7 @@ class TestWhatIf:
         ],
     )
     def test_what_cannot_be(self, bench: Bench, asked: Any, field: str) -> None:
-        plan = bench.plan(method="exact")
+        plan = bench.plan()
         problem = bench.shop.refused("POST", f"/plans/{plan['id']}/what-if", asked, 422, "invalid_input")
         assert problem["field"] == field
 
@@ -338,6 +332,13 @@ class TestWhatIf:
         assert problem["field"] == "catalogue_id"
         shop.refused("GET", f"/plans/{plan['id']}/front", None, 409, "box_changed")
         shop.refused("POST", f"/plans/{plan['id']}/fitted", {}, 409, "box_changed")
+
+    def test_nothing_is_stored(self, bench: Bench) -> None:
+        plan = bench.plan()
+        before = bench.shop.rows()
+        bench.what_if(plan, missing=[{"mass_g": 200.0}], bought=[{"mass_g": 50.0}])
+        bench.front(plan)
+        assert bench.shop.rows() == before
 
     def test_unknown_plan(self, shared_shop: Workshop) -> None:
         shared_shop.refused("POST", "/plans/none/what-if", {}, 404, "not_found")
@@ -469,8 +470,8 @@ class TestSlack:
 
 
 class TestDeadline:
-    @pytest.mark.parametrize("limit_s", [1e-6, 1e-5, 3e-5, 1e-4, 1e-3])
-    @pytest.mark.parametrize("method", ["certified", "exact", "modified_jaya"])
+    @pytest.mark.parametrize("limit_s", [1e-6, 3e-5, 1e-3])
+    @pytest.mark.parametrize("method", ["certified", "modified_jaya"])
     def test_the_best_so_far_with_an_honest_bound(self, bench: Bench, method: str, limit_s: float) -> None:
         """The tests' stop-watch goes on by a microsecond whenever it is read: the same step for everybody."""
         plan = bench.plan(method=method, time_limit_s=limit_s, alternatives=0 if method == "modified_jaya" else 3)
@@ -493,7 +494,7 @@ class TestDeadline:
         """Ended after any number of steps, a plan never calls something optimal that is not."""
         ranked = np.sort(EVERYTHING.values("components"))
         statuses = set()
-        for steps in range(1, 90, 4):
+        for steps in range(1, 60, 5):
             plan = bench.plan(objective="components", method="exact", alternatives=5, time_limit_s=1e-6 * steps)
             offers = [plan, *plan["alternatives"]]
             statuses |= {offer["status"] for offer in offers}
@@ -527,14 +528,14 @@ class TestUncertainty:
     def test_what_the_measurement_cannot_tell_is_not_searched_for(
         self, noisy: Bench, objective: str, norm: str | None
     ) -> None:
-        plan = noisy.plan(objective=objective, norm=norm)
+        plan = noisy.plan(objective=objective, norm=norm, method="certified")
         assert plan["objective_scatter"] > 0.0
         assert plan["status"] in ("within_uncertainty", "optimal")
         assert plan["lower_bound"] is not None
         assert 0.0 <= plan["gap"] <= plan["objective_scatter"]
         if plan["status"] == "within_uncertainty":
             assert "less than can be measured" in plan["message"]
-        assert answer_of(noisy.plan(objective=objective, norm=norm)) == answer_of(plan)
+        assert answer_of(noisy.plan(objective=objective, norm=norm, method="certified")) == answer_of(plan)
 
     def test_alternatives_are_then_no_more_than_they_are(self, noisy: Bench) -> None:
         plan = noisy.plan(alternatives=5)
@@ -546,7 +547,7 @@ class TestUncertainty:
 
     def test_the_scatter_is_what_repeated_sessions_show(self, noisy: Bench) -> None:
         """The standard deviation of each prediction, joined; the readings' scatter is that of a real component."""
-        plan = noisy.plan(method="modified_jaya")
+        plan = noisy.plan()
         each = [math.sqrt(2.0) * vector["scatter"] / 0.2 for vector in plan["predicted"]]
         assert plan["objective_scatter"] == pytest.approx(math.hypot(*each), rel=0.1)
 
