@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from service.api.dependencies import WorkDep, errors
 from service.api.routing import StrictRoute
 from service.usecases import blocks
-from service.usecases.blocks import BlockReceipt, RawBlock
+from service.usecases.block_documents import BlockReceipt, RawBlock
 
 router = APIRouter(route_class=StrictRoute)
 
