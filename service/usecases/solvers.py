@@ -16,6 +16,8 @@ from service.errors import InvalidInput
 
 JAYA_SHARE = 0.2
 """Share of the time limit that `certified` leaves to the modified Jaya."""
+FEWEST_SHARE = 0.75
+"""Share of the time limit for the proof of the fewest masses; after it, any number that meets the limit is searched."""
 PATIENCE = 64
 """Steps of the exact search before it may end `within_uncertainty`; what takes fewer is proved in full.
 
@@ -68,7 +70,7 @@ def run_method(
 
     if request.mode == "fewest":
         limit = limit_of_mode(request)
-        add("exact", lambda: solve_fewest(problem, limit, stop=over()))
+        add("exact", lambda: _fewest(problem, limit, over(FEWEST_SHARE), over()))
     else:
         if request.method == "modified_jaya":
             add("modified_jaya", lambda: solve_jaya(problem, request.seed, stop=over()))
@@ -130,6 +132,26 @@ def limit_of_mode(request: PlanRequest) -> float:
         field="limit",
         value=None,
         advice="state the limit in the objective's unit",
+    )
+
+
+def _fewest(
+    problem: SelectionProblem, limit: float, late: Callable[[], bool], stop: Callable[[], bool]
+) -> SelectionResult:
+    """The fewest masses that meet the limit; where there is no time to prove them, some that meet it."""
+    found = solve_fewest(problem, limit, stop=late)
+    if found.status != "limit_reached" or found.value <= limit:
+        return found
+    state = last_state(search_exact(problem), lambda now: now.value <= limit or now.proved or stop())
+    if state.value > limit:
+        return found
+    message = (
+        f"{sum(map(len, state.selection))} pieces meet the limit, fewer than {found.details['at_least']:g} do not; "
+        "stopped before the proof of those between"
+    )
+    evaluations = found.evaluations + state.evaluations
+    return result_of(
+        problem, state.selection, "limit_reached", message, evaluations, state.lower_bound, details=found.details
     )
 
 

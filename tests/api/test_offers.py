@@ -522,6 +522,27 @@ class TestDeadline:
             )
         assert bench.what_if(plain)["offer"]["objective_value"] >= EVERYTHING.best() * (1.0 - SAME)
 
+    def test_without_time_for_the_fewest_some_that_meet_the_limit(self, bench: Bench) -> None:
+        """Wherever the proof is cut short, what is said holds, and masses that meet the limit are not kept back."""
+        values = EVERYTHING.values("residual_vibration", "max")
+        limit = float(values.min()) * 1.3
+        fewest = EVERYTHING.pieces[values <= limit].min()
+        met_without_proof = 0
+        for steps in range(5, 230, 8):
+            plan = bench.plan(mode="fewest", limit=limit, time_limit_s=1e-6 * steps)
+            assert plan["lower_bound"] <= plan["objective_value"] * (1.0 + SAME)
+            if plan["status"] == "optimal":
+                assert len(plan["placements"]) == fewest
+                continue
+            assert plan["status"] == "limit_reached"
+            proved = int(plan["message"].split("fewer than ")[1].split()[0])
+            assert proved <= fewest
+            if plan["objective_value"] <= limit:
+                assert fewest <= len(plan["placements"])
+                met_without_proof += 1
+        assert plan["status"] == "optimal"
+        assert met_without_proof
+
 
 class TestUncertainty:
     @pytest.mark.parametrize(("objective", "norm"), [("residual_vibration", "sum"), ("components", None)])
