@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from sqlalchemy.exc import ArgumentError, NoSuchModuleError, OperationalError
+from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, OperationalError
 
 from db import migrate
 from db.database import Database
@@ -83,8 +83,15 @@ def _require_known(revision: str | None) -> None:
 def _answering(settings: Settings) -> Iterator[None]:
     try:
         yield
-    except (OperationalError, OSError) as broken:
-        reason = broken.orig if isinstance(broken, OperationalError) else broken
+    except (DatabaseError, OSError) as broken:
+        if isinstance(broken, DatabaseError) and not isinstance(broken, OperationalError):
+            raise InvalidInput(
+                f"{settings.shown} is no database that can be read: {broken.orig}",
+                field="database_url",
+                value=settings.shown,
+                advice="nothing was changed in it; check the address, or restore the file from a backup",
+            ) from broken
+        reason = broken.orig if isinstance(broken, DatabaseError) else broken
         raise Unavailable(
             f"the database {settings.shown} does not answer: {reason}",
             field="database_url",

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, TypeVar, cast, dataclass_transform
 
-from annotated_types import Ge, Gt, Le, Len
+from annotated_types import Ge, Le, Len
 from pydantic import ConfigDict, StringConstraints, TypeAdapter
 
 T = TypeVar("T")
@@ -25,7 +25,7 @@ Name = Annotated[
     str, StringConstraints(min_length=1, max_length=100, strip_whitespace=True, pattern=r"^[^\x00-\x1f\x7f]*$")
 ]
 Text = Annotated[str, StringConstraints(max_length=2000, pattern=r"^[^\x00]*$")]
-Positive = Annotated[float, Gt(0), Le(1e9)]
+Positive = Annotated[float, Ge(1e-9), Le(1e9)]
 NotNegative = Annotated[float, Ge(0), Le(1e9)]
 Finite = Annotated[float, Ge(-1e9), Le(1e9)]
 AngleDeg = Annotated[float, Ge(-360), Le(360)]

@@ -104,7 +104,8 @@ class Offer:
     """A selection with its proof."""
 
     status: PlanStatus
-    """optimal: proved, nothing in the box does better; heuristic: nothing is proved; infeasible: see `reason`."""
+    """optimal: proved, nothing in the box does better; within_uncertainty: better by no more than can be measured;
+    limit_reached: the time was over; heuristic: nothing is proved; infeasible: see `reason`."""
     message: str
     """The status in a sentence."""
     reason: str | None
@@ -230,7 +231,8 @@ class Plan:
     inputs: PlanInputs
     """What else the answer depends on."""
     status: PlanStatus
-    """optimal: proved, nothing in the box does better; heuristic: nothing is proved; infeasible: see `reason`."""
+    """optimal: proved, nothing in the box does better; within_uncertainty: better by no more than can be measured;
+    limit_reached: the time was over; heuristic: nothing is proved; infeasible: see `reason`."""
     message: str
     """The status in a sentence."""
     reason: str | None

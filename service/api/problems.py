@@ -98,6 +98,16 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(ValidationError, _invalid)
     app.add_exception_handler(InvalidBody, _invalid)
     app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(Exception, _unexpected)
+
+
+def _unexpected(_request: Request, _error: Exception) -> JSONResponse:
+    return problem(
+        500,
+        "internal_error",
+        "the service met something it did not expect; what was asked for is not done",
+        advice="try again; if it stays so, send the service's log and the request to who looks after it",
+    )
 
 
 def _deliberate(_request: Request, error: Exception) -> JSONResponse:

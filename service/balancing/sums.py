@@ -21,7 +21,7 @@ from service.balancing.selection import BoolArray, Piece, SelectionPlane, Stock
 
 EXTEND_CHUNK = 100_000
 """Halves extended between two stops."""
-SLAB = 150_000
+SLAB = 75_000
 """Halves sorted at a time."""
 OVERSHOOT = 4
 """How many times the allowed length a list may have before its limits are applied."""

@@ -30,7 +30,7 @@ def selection(
     seeds: Annotated[int, typer.Option(min=1, help="Runs of each searcher, sharing its budget.")] = 5,
     runs: Annotated[int, typer.Option(min=1, help="Runs of each published budget.")] = 20,
 ) -> None:
-    """Time to proof, quality and success rate of the selection beside named peers (pip install 'drumtrue[bench]')."""
+    """Time to proof, quality and success rate of the selection beside named peers (the extra `bench`)."""
     from service.bench.selection import Bench, bench_selection
 
     bench = Bench(markdown=markdown, quick=quick, budget_s=budget, seeds=seeds, runs=runs)

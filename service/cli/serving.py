@@ -34,20 +34,16 @@ def serve_until_stopped(
     settings = Settings.from_environment(database_url=database_url)
     # uvicorn hands the signal on once it has stopped; by default that would end the process before its blocks end.
     signal.signal(signal.SIGTERM, _end)
-    with _listening(host, port) as listener:
+    with _listening(host, port) as listener, _working(settings) as work:
         address = listener.getsockname()
         print(f"Drumtrue on http://{address[0]}:{address[1]} (API document: /docs), sessions in {settings.shown}")
         if bus is None:
-            _server(settings, "info").run(sockets=[listener])
+            _server(settings, "info", work).run(sockets=[listener])
             return
         from service.cli.listening import listening
 
-        work = bootstrap.build_work(settings)
-        try:
-            with listening(work, bus, source):
-                _server(settings, "info", work).run(sockets=[listener])
-        finally:
-            work.database.close()
+        with listening(work, bus, source):
+            _server(settings, "info", work).run(sockets=[listener])
 
 
 def _end(_number: int, _frame: object) -> None:
@@ -57,8 +53,8 @@ def _end(_number: int, _frame: object) -> None:
 @contextmanager
 def serving(settings: Settings) -> Iterator[str]:
     """The service on a free port of this machine for the length of a block; yields its address."""
-    with _listening("127.0.0.1", 0) as listener:
-        server = _server(settings, "warning")
+    with _listening("127.0.0.1", 0) as listener, _working(settings) as work:
+        server = _server(settings, "warning", work)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, name="service", daemon=True)
         thread.start()
         try:
@@ -69,7 +65,17 @@ def serving(settings: Settings) -> Iterator[str]:
             thread.join(GRACE_S + 5)
 
 
-def _server(settings: Settings, log_level: str, work: Work | None = None) -> uvicorn.Server:
+@contextmanager
+def _working(settings: Settings) -> Iterator[Work]:
+    """Everything the use cases need, made before the server: a database that cannot be used is told in words."""
+    work = bootstrap.build_work(settings)
+    try:
+        yield work
+    finally:
+        work.database.close()
+
+
+def _server(settings: Settings, log_level: str, work: Work) -> uvicorn.Server:
     return uvicorn.Server(
         uvicorn.Config(
             create_app(settings, work), log_level=log_level, access_log=False, timeout_graceful_shutdown=GRACE_S

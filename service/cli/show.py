@@ -51,6 +51,8 @@ def ending(console: Console, result: dict[str, Any]) -> None:
     """How it ended and where it is stored."""
     down = ", ".join(f"{sensor} {100 * share:.1f} %" for sensor, share in result["reductions"].items())
     console.print(f"\nDown by {down} after {result['trims']} trim(s); {result['seconds']:.1f} s.", soft_wrap=True)
+    if any(line["within_limit"] is False for line in result["before_after"]):
+        console.print("A bearing is still outside its limit: trim again, or look for another cause than unbalance.")
     console.print(f"Session {result['session_id']} is stored in {result['database']}", soft_wrap=True)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -18,7 +19,7 @@ JAYA_SHARE = 0.2
 """Share of the time limit that `certified` leaves to the modified Jaya."""
 FEWEST_SHARE = 0.75
 """Share of the time limit for the proof of the fewest masses; after it, any number that meets the limit is searched."""
-PATIENCE = 64
+PATIENCE = 128
 """Steps of the exact search before it may end `within_uncertainty`; what takes fewer is proved in full.
 
 Steps, not seconds, so that the same session gives the same answer on a busy machine.
@@ -105,8 +106,10 @@ def prove(
     def enough(state: ExactState) -> bool:
         nonlocal steps
         steps += 1
-        near = len(state.values) > alternatives and state.values[-1] - state.lower_bound <= uncertainty
-        return state.proved or (near and steps > PATIENCE) or stop()
+        gap = state.values[-1] - state.lower_bound if len(state.values) > alternatives else math.inf
+        # A gap only just below what can be told is worth twice the steps: most are closed by then.
+        patience = PATIENCE if gap <= 0.25 * uncertainty else 2 * PATIENCE
+        return state.proved or (gap <= uncertainty and steps > patience) or stop()
 
     return last_state(search_exact(problem, start=start, keep=1 + alternatives), enough)
 

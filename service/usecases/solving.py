@@ -21,7 +21,7 @@ from service.balancing.fit import predict
 from service.balancing.phasors import ComplexArray, FloatArray, polar, to_radians
 from service.balancing.static_couple import decoupled, static_couple_modes
 from service.balancing.uncertainty import placement_covariance, predict_fitted, resampled_covariance
-from service.errors import InvalidInput
+from service.errors import InvalidInput, NumericsError
 from service.usecases import mapping, quality
 from service.usecases.fitting import Fitted, fit_runs, fit_saved, fit_without_phase
 from service.usecases.mapping import Channel
@@ -35,6 +35,8 @@ _FOREIGN = {
     "saved_influence": (*_OF_A_BALANCER, "earlier_sessions"),
     "amplitude_only": (*_OF_A_BALANCER, "earlier_sessions", "influence_of"),
 }
+NO_RESPONSE = 1e-10
+"""Part of the vibration below which a change is rounding of the numbers sent."""
 _RESAMPLING_SEED = 20260102
 """Of the draws behind intervals that have no closed form: the same runs give the same intervals."""
 
@@ -88,6 +90,8 @@ def _answered(
     saved: SavedInfluence | None,
     earlier: tuple[tuple[Run, ...], ...],
 ) -> Correction:
+    if request.source == "fit" and not any(earlier):
+        _require_response(fitted)
     asked = wishes(machine, runs, fitted.rows, request)
     answer = _solve(machine, fitted, request, asked)
     fit, dof = fitted.fit, int(fitted.fit.scatter_dof.min())
@@ -175,6 +179,20 @@ def predicted_with(
         return ()
     spread = _placement_spread(machine, pieces, angle_sd_deg, mass_sd_g)
     return mapping.sensor_vectors(machine, fitted.rows, predict_fitted(fitted.fit, masses, spread))
+
+
+def _require_response(fitted: Fitted) -> None:
+    """Raise NumericsError where no mass of the runs moved any sensor by more than rounding."""
+    used = np.isfinite(fitted.fit.initial)
+    moved = np.abs(fitted.fit.influence[used]) @ np.abs(fitted.runs.masses).max(axis=0)
+    if (moved <= NO_RESPONSE * np.nan_to_num(np.abs(fitted.runs.vibration[:, used])).max(axis=0)).all():
+        raise NumericsError(
+            "the masses of the runs moved no sensor at all",
+            code="planes_dependent",
+            field="runs",
+            value=float(moved.max(initial=0.0)),
+            advice="check that the sensors are alive and that the trial masses were on the rotor, then measure again",
+        )
 
 
 def _solve(machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: Wishes) -> Answer:

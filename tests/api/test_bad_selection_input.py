@@ -202,12 +202,11 @@ class TestTenThousandKinds:
         assert plan["status"] == "optimal"
         assert len(plan["placements"]) == 2
 
-    @pytest.mark.parametrize("method", ["certified", "exact"])
     def test_more_than_can_be_listed_ends_with_an_honest_bound(
-        self, shared_shop: Workshop, warehouse: tuple[str, Any], method: str
+        self, shared_shop: Workshop, warehouse: tuple[str, Any]
     ) -> None:
         """The tests' stop-watch goes on by a microsecond whenever it is read."""
-        plan = shared_shop.plan(*warehouse, method=method, max_masses_per_plane=3, time_limit_s=2e-4)
+        plan = shared_shop.plan(*warehouse, method="certified", max_masses_per_plane=3, time_limit_s=2e-4)
         assert plan["status"] in ("limit_reached", "optimal")
         assert 0.0 <= plan["lower_bound"] <= plan["objective_value"]
         best_of_one = shared_shop.plan(*warehouse)["objective_value"]

@@ -311,3 +311,11 @@ class TestDiagnostics:
         found = [d for d in shop.correct(session)["diagnostics"] if d["code"] == "runs_contradict"]
         assert found
         assert set(found[0]["runs"]) == {2, 4}
+
+
+def test_sensors_that_no_mass_moves_give_no_correction(shop: Workshop) -> None:
+    session = shop.session()
+    for kind, masses in (("initial", []), ("trial", [mass("1", 200.0, 0.0)]), ("trial", [mass("2", 200.0, 0.0)])):
+        body = {"kind": kind, "masses": masses, "readings": DRUM.readings()}
+        shop.post(f"/sessions/{session}/runs", body)
+    shop.refused("POST", f"/sessions/{session}/corrections", {"source": "fit"}, 422, "planes_dependent")
