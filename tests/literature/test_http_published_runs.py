@@ -1,7 +1,7 @@
 """Published worked examples posed to the service over HTTP; source and tolerance stand with each case.
 
 A matrix case is posed as noise-free runs with 1 g at 0 degrees in each plane. The case without phase (SPM A2010, four
-runs) waits for the service's methods for amplitudes alone.
+runs) stands in test_http_amplitude_only.
 """
 
 from __future__ import annotations
