@@ -43,10 +43,11 @@ def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> R
     row = store.lock(kind, key) if lock else store.get(kind, key)
     if row is None:
         noun = kind.__tablename__.replace("_", " ")
+        listed = noun in ("machine", "catalogue", "session", "source")
         raise NotFound(
             f"there is no {noun} {key!r}",
             field=f"{noun}_id",
             value=key,
-            advice=f"list the {noun}s and take one of them",
+            advice=f"list the {noun}s and take one of them" if listed else "take its id from GET /sessions/{id}",
         )
     return row
