@@ -34,7 +34,7 @@ def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
     Raises InvalidInput for channels that do not fit together, and where no channel gives a reading (code `signal_` and
     that of `drivers.errors.SignalRefused`), else as `readings.ingest` does.
     """
-    with work.database.read() as store:
+    with work.read() as store:
         machine = readings.machine_behind(store, raw.source, raw.session_id)
     try:
         outcomes = measure(_block(raw, machine), _settings(raw, machine))

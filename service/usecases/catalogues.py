@@ -26,7 +26,7 @@ from service.usecases.work import Work, require
 def create(work: Work, catalogue: Catalogue) -> StoredCatalogue:
     """Store a box; its counts are booked as received. Raises InvalidInput, or Conflict where the name is taken."""
     check_catalogue(catalogue)
-    with work.database.write() as store:
+    with work.write() as store:
         if store.catalogue_named(catalogue.name) is not None:
             raise name_taken("catalogue", catalogue.name)
         now = work.now()
@@ -39,19 +39,19 @@ def create(work: Work, catalogue: Catalogue) -> StoredCatalogue:
 
 def get(work: Work, catalogue_id: str) -> StoredCatalogue:
     """One box with what is left in it. Raises NotFound."""
-    with work.database.read() as store:
+    with work.read() as store:
         return _view(store, require(store, CatalogueRow, catalogue_id))
 
 
 def find(work: Work, limit: int, offset: int) -> tuple[StoredCatalogue, ...]:
     """Boxes, newest first."""
-    with work.database.read() as store:
+    with work.read() as store:
         return tuple(_view(store, row) for row in store.catalogues(limit, offset))
 
 
 def change(work: Work, catalogue_id: str, patch: CataloguePatch) -> StoredCatalogue:
     """Rename, receive, count. Raises InvalidInput for a mass that is not in the box or has no count."""
-    with work.database.write() as store:
+    with work.write() as store:
         row = require(store, CatalogueRow, catalogue_id, lock=True)
         if patch.name is not None and patch.name != row.name:
             if store.catalogue_named(patch.name) is not None:

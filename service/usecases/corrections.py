@@ -19,7 +19,7 @@ from service.usecases.work import Work, require
 def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
     """Compute and store a correction. Raises InvalidInput, NumericsError, NotFound, OutOfOrder."""
     check_fields(request)
-    with work.database.write() as store:
+    with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
         state = states.after(session, "correction")
         if request.source == "balancer":

@@ -32,7 +32,7 @@ def learn_from(work: Work, machine_id: str, request: LearnRequest) -> LearnedInf
     Raises NotFound, Conflict for a session of another machine or one that has taught already, NumericsError where the
     runs do not determine the coefficients.
     """
-    with work.database.write() as store:
+    with work.write() as store:
         machine = require(store, MachineRow, machine_id, lock=True)
         session = require(store, SessionRow, request.session_id)
         history = store.influences(machine_id)
@@ -64,14 +64,14 @@ def learn_from(work: Work, machine_id: str, request: LearnRequest) -> LearnedInf
 
 def history_of(work: Work, machine_id: str) -> tuple[LearnedInfluence, ...]:
     """What a machine's coefficients were, latest first. Raises NotFound."""
-    with work.database.read() as store:
+    with work.read() as store:
         require(store, MachineRow, machine_id)
         return tuple(row.learned for row in store.influences(machine_id))
 
 
 def typical_of(work: Work, machine_type: str) -> TypicalInfluence:
     """Statistics over the machines of a type. Raises NotFound where fewer than two of them have coefficients alike."""
-    with work.database.read() as store:
+    with work.read() as store:
         machine, saved, count = _typical(store, machine_type)
         return TypicalInfluence(
             type=machine_type, machines=count, typical=saved, coefficients=saving.shown(machine, saved)
@@ -92,7 +92,7 @@ def saved_for(store: Store, session: SessionRow, whose: str) -> SavedInfluence |
 
 def suggest_trials(work: Work, session_id: str) -> tuple[TrialMassSuggestion, ...]:
     """Trial mass and, from earlier coefficients, angle for each plane. Raises NotFound, InvalidInput."""
-    with work.database.read() as store:
+    with work.read() as store:
         session = require(store, SessionRow, session_id)
         machine, saved = session.machine, saved_for(store, session, "machine")
         initial = [run for run in used(store.runs(session.id)) if run.kind == "initial"]

@@ -68,7 +68,7 @@ class Live:
 
 def look(work: Work, session_id: str) -> Live:
     """The window of the last 10 s before the newest reading, at most 400 readings. Raises NotFound."""
-    with work.database.read() as store:
+    with work.read() as store:
         session = require(store, SessionRow, session_id)
         sources = [row.name for row in store.sources() if row.machine_id == session.machine_id]
         rows = store.newest_readings(session.machine_id, session.id, sources, session.created_at, MOST_READINGS)

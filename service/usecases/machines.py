@@ -18,7 +18,7 @@ from service.usecases.work import Work, require
 def create(work: Work, machine: Machine) -> StoredMachine:
     """Store a machine. Raises InvalidInput where a rule is broken, Conflict where the name is taken."""
     checked = normalised(machine)
-    with work.database.write() as store:
+    with work.write() as store:
         if store.machine_named(checked.name) is not None:
             raise name_taken("machine", checked.name)
         now = work.now()
@@ -29,20 +29,20 @@ def create(work: Work, machine: Machine) -> StoredMachine:
 
 def get(work: Work, machine_id: str) -> StoredMachine:
     """One machine. Raises NotFound."""
-    with work.database.read() as store:
+    with work.read() as store:
         return _view(require(store, MachineRow, machine_id))
 
 
 def find(work: Work, limit: int, offset: int) -> tuple[StoredMachine, ...]:
     """Machines, newest first."""
-    with work.database.read() as store:
+    with work.read() as store:
         return tuple(_view(row) for row in store.machines(limit, offset))
 
 
 def change(work: Work, machine_id: str, patch: Mapping[str, Any]) -> StoredMachine:
     """Merge `patch` into a machine (RFC 7396, top level). Raises ValidationError or InvalidInput, nothing stored."""
     _require_known(patch)
-    with work.database.write() as store:
+    with work.write() as store:
         row = require(store, MachineRow, machine_id, lock=True)
         merged = {key: value for key, value in {**to_plain(row.spec), **patch}.items() if value is not None}
         # Written by json, which keeps NaN and Infinity: turned into null they would erase a field unseen.

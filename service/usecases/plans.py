@@ -34,7 +34,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
     The selection is solved between two units of work, so that nobody waits for it. Raises InvalidInput, NotFound,
     OutOfOrder, or Conflict for a correction that is out of date.
     """
-    with work.database.read() as store:
+    with work.read() as store:
         session = require(store, SessionRow, session_id)
         states.after(session, "plan")
         ground = _ground(store, session, request.correction_id, request.base == "present")
@@ -55,7 +55,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
         at=work.now(),
         monotonic=work.monotonic,
     )
-    with work.database.write() as store:
+    with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
         state = states.after(session, "plan")
         now_stale = require(store, CorrectionRow, request.correction_id).correction.stale
@@ -67,7 +67,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
 
 def get(work: Work, plan_id: str) -> Plan:
     """One plan. Raises NotFound."""
-    with work.database.read() as store:
+    with work.read() as store:
         return require(store, PlanRow, plan_id).plan
 
 
@@ -92,7 +92,7 @@ def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
     Raises Conflict where the box holds too few or is not the plan's, OutOfOrder for a plan that cannot be fitted,
     InvalidInput for a piece at an angle that is no position or a mass that is not in the box.
     """
-    with work.database.write() as store:
+    with work.write() as store:
         row, session, box = _locked(store, plan_id)
         state = states.after(session, "fitted")
         _require_fittable(row.plan, request)
@@ -118,7 +118,7 @@ def unfit(work: Work, plan_id: str) -> Plan:
 
     Raises OutOfOrder where the plan is not the one that is fitted.
     """
-    with work.database.write() as store:
+    with work.write() as store:
         row, session, box = _locked(store, plan_id)
         state = states.after(session, "unfit")
         if session.fitted_plan_id != row.id:
@@ -178,7 +178,7 @@ def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool) -
 
 def _solved(work: Work, plan_id: str) -> tuple[Plan, Ground]:
     """A plan and what it was made on, the box as it was then."""
-    with work.database.read() as store:
+    with work.read() as store:
         plan = require(store, PlanRow, plan_id).plan
         session = require(store, SessionRow, plan.session_id)
         _require_its_box(plan, session)

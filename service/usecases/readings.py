@@ -54,7 +54,7 @@ class StoredAnswer:
 
 def bind(work: Work, name: str, machine_id: str) -> Source:
     """Bind a source to the machine it is mounted on. Raises NotFound."""
-    with work.database.write() as store:
+    with work.write() as store:
         require(store, MachineRow, machine_id)
         row = store.get(SourceRow, name)
         if row is None:
@@ -67,7 +67,7 @@ def bind(work: Work, name: str, machine_id: str) -> Source:
 
 def sources(work: Work) -> tuple[Source, ...]:
     """Bound sources, by name."""
-    with work.database.read() as store:
+    with work.read() as store:
         return tuple(Source(name=r.name, machine_id=r.machine_id, bound_at=r.bound_at) for r in store.sources())
 
 
@@ -84,7 +84,7 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
             value=len(readings),
             advice="send them in smaller batches",
         )
-    with work.database.write() as store:
+    with work.write() as store:
         rows: dict[tuple[str, int], dict[str, Any]] = {}
         targets = _Targets(store)
         for index, reading in enumerate(readings):
@@ -101,7 +101,7 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
 
 def highest_sequence(work: Work, source: str) -> int:
     """The highest number stored of a source, of readings or answers; -1 for none."""
-    with work.database.read() as store:
+    with work.read() as store:
         return max(store.highest_sequence(ReadingRow, source), store.highest_sequence(BalancerAnswerRow, source))
 
 
@@ -114,7 +114,7 @@ def machine_behind(store: Store, source: str, session_id: str | None) -> Machine
 
 def ingest_answer(work: Work, answer: BalancerAnswer) -> StoredAnswer:
     """Store a balancer's answer once. Raises as `ingest` does."""
-    with work.database.write() as store:
+    with work.write() as store:
         targets = _Targets(store)
         machine_id = targets.machine_of(answer.source, answer.session_id, "session_id")
         check_masses(targets.machine(machine_id), answer.masses)

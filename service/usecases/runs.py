@@ -19,7 +19,7 @@ from service.usecases.work import Work, require
 
 def add(work: Work, session_id: str, request: RunRequest) -> Run:
     """Store a run. Raises InvalidInput, NotFound, or OutOfOrder for a check of nothing or a closed session."""
-    with work.database.write() as store:
+    with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
         state = states.after(session, "check" if request.kind == "check" else "run")
         machine = session.machine
@@ -46,7 +46,7 @@ def add(work: Work, session_id: str, request: RunRequest) -> Run:
 
 def change(work: Work, session_id: str, run_id: str, patch: RunPatch) -> Run:
     """Exclude a run, or take it in again. Raises NotFound, or OutOfOrder once the session is closed."""
-    with work.database.write() as store:
+    with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
         state = states.after(session, "run")
         row = _run_of(store, session, run_id)

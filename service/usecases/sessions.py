@@ -15,7 +15,7 @@ from service.version import __version__
 
 def open_on(work: Work, request: SessionRequest) -> Session:
     """Open a session; the machine is copied into it as it is now. Raises NotFound or InvalidInput."""
-    with work.database.write() as store:
+    with work.write() as store:
         machine = require(store, MachineRow, request.machine_id)
         if request.catalogue_id is not None:
             require(store, CatalogueRow, request.catalogue_id)
@@ -43,7 +43,7 @@ def open_on(work: Work, request: SessionRequest) -> Session:
 
 def get(work: Work, session_id: str) -> Session:
     """A session with all its runs, corrections and plans. Raises NotFound."""
-    with work.database.read() as store:
+    with work.read() as store:
         return _view(store, require(store, SessionRow, session_id))
 
 
@@ -51,13 +51,13 @@ def find(
     work: Work, limit: int, offset: int, *, machine_id: str | None = None, state: str | None = None
 ) -> tuple[SessionSummary, ...]:
     """Sessions, newest first, of a machine or in a state."""
-    with work.database.read() as store:
+    with work.read() as store:
         return tuple(_summary(row) for row in store.sessions(limit, offset, machine_id=machine_id, state=state))
 
 
 def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
     """Close a session, or change box, technician or note. Raises OutOfOrder once it is closed."""
-    with work.database.write() as store:
+    with work.write() as store:
         row = require(store, SessionRow, session_id, lock=True)
         closed = states.after(row, "close")
         if patch.catalogue_id is not None and patch.catalogue_id != row.catalogue_id:
@@ -79,7 +79,7 @@ def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
 
 def log(work: Work, session_id: str) -> SessionLog:
     """The session as one document that gives its answers again. Raises NotFound."""
-    with work.database.read() as store:
+    with work.read() as store:
         row = require(store, SessionRow, session_id)
         view = _view(store, row)
         box = None if row.catalogue_id is None else require(store, CatalogueRow, row.catalogue_id)

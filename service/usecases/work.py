@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 import uuid
 from collections.abc import Callable
-from dataclasses import dataclass
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import TypeVar
 
@@ -29,13 +30,26 @@ def new_id() -> str:
 
 @dataclass(frozen=True)
 class Work:
-    """Storage, clocks and identifiers; tests hand in their own."""
+    """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: the name of the token, or local."""
 
     database: Database
     now: Callable[[], datetime] = utc_now
     new_id: Callable[[], str] = new_id
     monotonic: Callable[[], float] = time.monotonic
     max_readings: int = 10_000
+    actor: str = "local"
+
+    def acting(self, actor: str) -> Work:
+        """The same, for another actor."""
+        return replace(self, actor=actor)
+
+    def write(self) -> AbstractContextManager[Store]:
+        """A unit of work that commits at its end."""
+        return self.database.write()
+
+    def read(self) -> AbstractContextManager[Store]:
+        """A unit of work that only looks."""
+        return self.database.read()
 
 
 def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> Row:

@@ -20,46 +20,46 @@ def box(key: str = "box", name: str = "box", at: datetime = NOON) -> CatalogueRo
 
 def test_a_unit_of_work_is_stored_whole_or_not_at_all(shop: Workshop) -> None:
     def store_and_fail() -> None:
-        with shop.work.database.write() as store:
+        with shop.work.write() as store:
             store.add(box())
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
         store_and_fail()
     assert shop.count("catalogue") == 0
-    with shop.work.database.write() as store:
+    with shop.work.write() as store:
         store.add(box())
     assert shop.count("catalogue") == 1
 
 
 def test_reading_stores_nothing(shop: Workshop) -> None:
-    with shop.work.database.read() as store:
+    with shop.work.read() as store:
         store.add(box())
     assert shop.count("catalogue") == 0
 
 
 def test_names_are_given_once(shop: Workshop) -> None:
-    with shop.work.database.write() as store:
+    with shop.work.write() as store:
         store.add(box())
         with pytest.raises(IntegrityError):
             store.add(box("other"))
 
 
 def test_references_are_kept(shop: Workshop) -> None:
-    with shop.work.database.write() as store, pytest.raises(IntegrityError):
+    with shop.work.write() as store, pytest.raises(IntegrityError):
         store.add(SourceRow(name="bridge", machine_id="none", bound_at=NOON))
 
 
 def test_times_come_back_in_utc_whatever_their_zone(shop: Workshop) -> None:
     there = NOON.astimezone(timezone(timedelta(hours=5, minutes=30))) + timedelta(microseconds=1)
-    with shop.work.database.write() as store:
+    with shop.work.write() as store:
         store.add(box(at=there))
-    with shop.work.database.read() as store:
+    with shop.work.read() as store:
         found = store.get(CatalogueRow, "box")
         assert found is not None
         assert (found.created_at, found.created_at.tzinfo) == (there, UTC)
 
 
 def test_a_time_without_a_zone_is_refused(shop: Workshop) -> None:
-    with shop.work.database.write() as store, pytest.raises(StatementError, match="no zone"):
+    with shop.work.write() as store, pytest.raises(StatementError, match="no zone"):
         store.add(box(at=NOON.replace(tzinfo=None)))

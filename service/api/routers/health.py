@@ -27,7 +27,7 @@ class Health:
 def get_health(work: WorkDep, response: Response) -> Health:
     """Ask the service and its database for a sign of life. There is no quantity with a unit."""
     try:
-        with work.database.read() as store:
+        with work.read() as store:
             store.ping()
     except Exception as broken:
         response.status_code = 503
