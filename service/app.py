@@ -14,6 +14,7 @@ from service.api.routers import blocks, health, live, machines, readings, sessio
 from service.settings import Settings
 from service.usecases.work import Work
 from service.version import __version__
+from service.web import pages
 
 PREFIX = "/api/v1"
 
@@ -42,4 +43,5 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
         app.include_router(router, prefix=PREFIX)
     app.include_router(health.router, include_in_schema=False)
     openapi.install(app)
+    pages.install(app)
     return app

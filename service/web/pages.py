@@ -1,0 +1,17 @@
+"""The pages on the application: routers, files, errors."""
+
+from __future__ import annotations
+
+from fastapi import FastAPI
+
+from service.web import assets, problems
+from service.web.routers import home, preferences
+
+ROUTERS = (home.router, preferences.router)
+
+
+def install(app: FastAPI) -> None:
+    """Put the pages at the root of an application; call it once the API is there."""
+    for router in (assets.router, *ROUTERS):
+        app.include_router(router, include_in_schema=False)
+    problems.install(app)

@@ -1,0 +1,86 @@
+"""A page: the request, the reader's language and units, and how a template is rendered for them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import Depends, Request
+from fastapi.responses import HTMLResponse, RedirectResponse
+from markupsafe import Markup
+
+from service.usecases.work import Work
+from service.version import __version__
+from service.web.display import Display
+from service.web.environment import environment
+from service.web.language import translations
+from service.web.preferences import COOKIE, LANGUAGES, Preferences
+
+HEADERS = {
+    # Nothing from anywhere else, no script or style in the page itself: what a page shows cannot be made to run.
+    "content-security-policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
+    "form-action 'self'; object-src 'none'",
+    "cache-control": "no-store",
+    "referrer-policy": "same-origin",
+    "x-content-type-options": "nosniff",
+}
+
+
+class Page:
+    """One request for a page."""
+
+    def __init__(self, request: Request) -> None:
+        self.request = request
+        header = request.headers.get("accept-language")
+        self.preferences = Preferences.read(request.cookies.get(COOKIE), header)
+        self.language = self.preferences.language
+        self.display = Display(self.preferences)
+
+    @property
+    def work(self) -> Work:
+        """What the use cases need."""
+        work: Work = self.request.app.state.work
+        return work
+
+    @property
+    def back(self) -> str:
+        """The address to come back to: of this page, or of the first one where a form was sent to it."""
+        url = self.request.url
+        if self.request.method != "GET":
+            return "/"
+        return f"{url.path}?{url.query}" if url.query else url.path
+
+    def text(self, message: str, **values: object) -> str:
+        """A text in the reader's language, `%(name)s` filled in."""
+        found = translations(self.language).gettext(message)
+        return found % values if values else found
+
+    def render(self, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
+        """The page that a template makes of what is handed to it.
+
+        Every template finds `page`, `show` (stored numbers as text), `prefs`, `languages` and `hidden_fields` too.
+        """
+        body = (
+            environment(self.language)
+            .get_template(template)
+            .render(
+                page=self,
+                show=self.display,
+                prefs=self.preferences,
+                languages=LANGUAGES,
+                version=__version__,
+                hidden_fields=self.hidden_fields,
+                **context,
+            )
+        )
+        return HTMLResponse(body, status_code=status, headers=HEADERS)
+
+    def goto(self, path: str) -> RedirectResponse:
+        """Send on after a form was taken: loading the next page again stores nothing."""
+        return RedirectResponse(path, status_code=303)
+
+    def hidden_fields(self) -> Markup:
+        """Fields that every form of the page carries unseen."""
+        return Markup("")
+
+
+PageDep = Annotated[Page, Depends(Page)]
