@@ -10,6 +10,7 @@ units           quantities, units and detections, and the turn of phase between
 labels          names of runs, planes and sensors in messages
 intervals       confidence interval of an amplitude
 fit             influence coefficients and as-found vibration from runs
+speed_scatter   scatter between runs that turn at different speeds
 corrections     continuous correction masses from a fit
 minimax         smallest greatest residual, limits of mass, certified
 static_couple   static and couple parts, and fits in modes

@@ -10,6 +10,7 @@ from service.balancing.diagnosis import planes, readings
 from service.balancing.diagnosis import runs as consistency
 from service.balancing.diagnosis.findings import NOTHING_ELSE, Circumstances, Finding
 from service.balancing.fit import InfluenceFit, RunSet, fit_influence
+from service.balancing.speed_scatter import with_speed_scatter
 from service.errors import NumericsError
 
 Method = Literal["least_squares", "minimax"]
@@ -31,12 +32,13 @@ def analyse(
     method: Method = "least_squares",
     circumstances: Circumstances = NOTHING_ELSE,
 ) -> Analysis:
-    """Fit the runs, correct as wished, and examine both.
+    """Fit the runs, their scatter widened by their speeds, correct as wished, and examine both.
 
     A sensor without enough readings is left out and named in a finding. Raises NumericsError as `fit_influence`,
     `least_squares` and `minimax`.
     """
     wishes = wishes or Wishes()
+    runs = with_speed_scatter(runs, circumstances.speed_rpm)
     fit = fit_influence(runs, "leave_out")
     solve = least_squares if method == "least_squares" else minimax
     try:
@@ -53,7 +55,10 @@ def diagnose(
     wishes: Wishes | None = None,
     circumstances: Circumstances = NOTHING_ELSE,
 ) -> tuple[Finding, ...]:
-    """Examine runs, fit and correction; the gravest findings first, otherwise in the order of their causes."""
+    """Examine runs as they were fitted, the fit and the correction.
+
+    The gravest findings first, otherwise in the order of their causes.
+    """
     found = readings.examine(runs, fit, circumstances)
     found += consistency.examine(runs, fit, circumstances)
     # Runs that are wrong make coefficients that are: what the planes say then would only hide the cause.

@@ -45,7 +45,8 @@ class RunSet:
 
     masses: (K, P) complex g, internal sense, ALL masses on the rotor relative to as-found, trial masses included.
     vibration: (K, S) complex 1x vectors, internal sense, any unit; nan where a sensor gave nothing.
-    scatter: (K, S) standard deviation of each reading per real component, same unit; nan or 0 where unknown.
+    scatter: (K, S) standard deviation of each reading per real component, same unit; nan or 0 where unknown; that
+    between the runs included, see `speed_scatter`.
     """
 
     masses: ComplexArray

@@ -14,6 +14,7 @@ from db.documents.run import Run, RunOut
 from service.balancing.amplitude_only import AmplitudeFit, fit_amplitudes
 from service.balancing.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.saved_influence import one_run
+from service.balancing.speed_scatter import with_speed_scatter
 from service.errors import Conflict, InvalidInput
 from service.usecases import mapping
 from service.usecases.mapping import Channel
@@ -25,7 +26,7 @@ _SEED = 20260101
 
 @dataclass(frozen=True)
 class Fitted:
-    """A fit with the rows it is of, and the runs as arrays."""
+    """A fit with the rows it is of, and the runs as arrays, their scatter widened by their speeds."""
 
     rows: tuple[Channel, ...]
     fit: InfluenceFit
@@ -44,12 +45,15 @@ def fit_runs(
     require_runs(runs)
     rows = mapping.channels(machine, runs)
     known = mapping.run_set(machine, runs, run_out, rows)
+    speeds = [mapping.speeds(runs, rows)]
     if not any(earlier):
+        known = with_speed_scatter(known, speeds[0])
         return Fitted(rows, fit_influence(known, incomplete="leave_out"), known)
     sets = [known]
     for group in earlier:
         usable = [run for run in group if run.nominal_speed_rpm in {row.speed_rpm for row in rows}]
         sets.append(mapping.run_set(machine, usable, run_out, rows))
+        speeds.append(mapping.speeds(usable, rows))
     count, planes = len(known.masses), len(machine.planes)
     own = np.concatenate([np.full(len(s.masses), g, dtype=np.int64) for g, s in enumerate(sets)])
     # The mark of an earlier session is scaled like a mass, so that the design stays well conditioned.
@@ -60,6 +64,7 @@ def fit_runs(
         scatter=np.concatenate([s.scatter for s in sets]),
         labels=known.labels,
     )
+    everything = with_speed_scatter(everything, np.concatenate(speeds))
     fit = fit_influence(everything, incomplete="leave_out")
     narrowed = replace(
         fit,
@@ -68,17 +73,21 @@ def fit_runs(
         residuals=fit.residuals[:count],
         leverage=fit.leverage[:count],
     )
-    return Fitted(rows, narrowed, known)
+    return Fitted(rows, narrowed, replace(known, scatter=everything.scatter[:count]))
 
 
 def fit_saved(
     machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], saved: SavedInfluence
 ) -> tuple[Fitted, int]:
-    """The latest run with saved coefficients, and its number. Raises InvalidInput, or Conflict for another speed."""
+    """The latest run with saved coefficients, and its number. Raises InvalidInput, or Conflict for another speed.
+
+    The coefficients hold at the nominal speed: what the run turned beside it widens the scatter of its readings.
+    """
     require_runs(runs)
     run = runs[-1]
     rows = mapping.channels(machine, [run])
     known = mapping.run_set(machine, [run], run_out, rows)
+    known = with_speed_scatter(known, mapping.speeds([run], rows), run.nominal_speed_rpm)
     arrays = as_arrays(machine, saved, rows)
     if not np.isfinite(arrays.influence).any():
         raise Conflict(
