@@ -7,6 +7,7 @@ from datetime import datetime
 from sqlalchemy import BigInteger, ForeignKey, Index, Integer, MetaData, String, Text, UniqueConstraint
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
+from db.documents.access import Scope
 from db.documents.correction import Correction
 from db.documents.influence import LearnedInfluence
 from db.documents.machine import CatalogueItem, Machine
@@ -174,6 +175,31 @@ class ReadingRow(Base):
     speed_rpm: Mapped[float | None]
     scatter: Mapped[float | None]
     overall_rms: Mapped[float | None]
+
+
+class TokenRow(Base):
+    """A token; digest: SHA-256 of its secret in hexadecimal, the secret itself is nowhere. Rows are never deleted."""
+
+    __tablename__ = "token"
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    name: Mapped[str] = mapped_column(String(100), unique=True)
+    scopes: Mapped[tuple[Scope, ...]] = mapped_column(Document(tuple[Scope, ...]))
+    digest: Mapped[str] = mapped_column(String(64))
+    created_at: Mapped[datetime] = mapped_column(UtcTime)
+    expires_at: Mapped[datetime | None] = mapped_column(UtcTime)
+    revoked_at: Mapped[datetime | None] = mapped_column(UtcTime)
+
+
+class LoginRow(Base):
+    """A browser that logged in with a token; id: SHA-256 of its cookie's secret in hexadecimal."""
+
+    __tablename__ = "login"
+
+    id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    token_id: Mapped[str] = mapped_column(_KEY, ForeignKey("token.id"))
+    created_at: Mapped[datetime] = mapped_column(UtcTime)
+    expires_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
 
 
 class BalancerAnswerRow(Base):

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any, TypeVar, cast
 
-from sqlalchemy import CursorResult, Select, and_, func, insert, or_, select, tuple_
+from sqlalchemy import CursorResult, Select, and_, delete, func, insert, or_, select, tuple_
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
@@ -16,6 +16,7 @@ from db.rows import (
     CatalogueRow,
     CorrectionRow,
     InfluenceRow,
+    LoginRow,
     MachineRow,
     PlanRow,
     ReadingRow,
@@ -23,6 +24,7 @@ from db.rows import (
     SessionRow,
     SourceRow,
     StockEntryRow,
+    TokenRow,
 )
 
 Row = TypeVar("Row", bound=Base)
@@ -201,6 +203,29 @@ class Store:
         return self._session.scalars(
             select(StockEntryRow).where(StockEntryRow.catalogue_id == catalogue_id).order_by(StockEntryRow.id)
         ).all()
+
+    # ------------------------------------------------------------ access
+    def tokens(self) -> Sequence[TokenRow]:
+        """All tokens, oldest first."""
+        return self._session.scalars(select(TokenRow).order_by(TokenRow.created_at, TokenRow.id)).all()
+
+    def token_named(self, name: str) -> TokenRow | None:
+        """The token of this name."""
+        return self._session.scalars(select(TokenRow).where(TokenRow.name == name)).one_or_none()
+
+    def any_token(self) -> bool:
+        """Whether a token was ever created."""
+        return self._session.scalar(select(TokenRow.id).limit(1)) is not None
+
+    def end_logins(
+        self, *, login_id: str | None = None, token_id: str | None = None, before: datetime | None = None
+    ) -> None:
+        """Forget logins: one, those of a token, or those that ended by themselves before a moment."""
+        for column, value in ((LoginRow.id, login_id), (LoginRow.token_id, token_id)):
+            if value is not None:
+                self._session.execute(delete(LoginRow).where(column == value))
+        if before is not None:
+            self._session.execute(delete(LoginRow).where(LoginRow.expires_at < before))
 
     # ------------------------------------------------------------ health
     def ping(self) -> None:

@@ -36,12 +36,18 @@ class HttpOut:
     """Posts readings to `{base_url}/api/v1/readings`, at most batch_size in one request.
 
     Nothing is kept: after `DeliveryFailed` the caller posts the same readings again, which is safe, since the service
-    knows them by source and sequence. client: an httpx2 client to use instead of an own one, e.g. with credentials;
-    closed with this object all the same.
+    knows them by source and sequence. token: sent as `authorization: Bearer`. client: an httpx2 client to use instead
+    of an own one; closed with this object all the same.
     """
 
     def __init__(
-        self, base_url: str, *, batch_size: int = 500, timeout_s: float = 10.0, client: httpx2.Client | None = None
+        self,
+        base_url: str,
+        *,
+        batch_size: int = 500,
+        timeout_s: float = 10.0,
+        token: str | None = None,
+        client: httpx2.Client | None = None,
     ) -> None:
         require(
             base_url.startswith(("http://", "https://")), f"base_url {base_url!r}", "begin with http:// or https://"
@@ -50,6 +56,9 @@ class HttpOut:
         require(timeout_s > 0.0, f"timeout_s {timeout_s}", "be > 0")
         self._base_url = base_url.rstrip("/")
         self._batch_size = batch_size
+        self._headers = {"content-type": "application/json"}
+        if token:
+            self._headers["authorization"] = f"Bearer {token}"
         self._client = client or httpx2.Client(timeout=timeout_s)
 
     def post(self, readings: Sequence[Reading]) -> int:
@@ -82,7 +91,7 @@ class HttpOut:
         """Post JSON that is written already; what: its name in an error. Raises as `post` does."""
         url = self._base_url + path
         try:
-            response = self._client.post(url, content=body, headers={"content-type": "application/json"})
+            response = self._client.post(url, content=body, headers=self._headers)
         except (httpx2.HTTPError, httpx2.InvalidURL) as error:
             raise DeliveryFailed(
                 f"{what} did not reach {url} ({type(error).__name__}: {error}): is the service running there?"

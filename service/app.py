@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
@@ -9,9 +10,11 @@ from fastapi import FastAPI
 
 from service import bootstrap
 from service.api import openapi, problems
+from service.api.guard import Guard
 from service.api.limits import BodyLimit
 from service.api.routers import blocks, health, live, machines, readings, sessions
 from service.settings import Settings
+from service.usecases.attempts import Attempts
 from service.usecases.work import Work
 from service.version import __version__
 from service.web import pages
@@ -36,7 +39,9 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
         lifespan=lifespan,
         generate_unique_id_function=lambda route: route.name,
     )
+    app.state.attempts = Attempts(time.monotonic)
     app.add_middleware(BodyLimit, most=settings.max_body_bytes)
+    app.add_middleware(Guard, loopback=settings.loopback)
     problems.install(app)
     routers = (machines.router, sessions.router, live.router, readings.router, blocks.router, health.router)
     for router in routers:

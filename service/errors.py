@@ -21,6 +21,7 @@ class DrumtrueError(Exception):
         field: str | None = None,
         value: object = None,
         advice: str | None = None,
+        retry_after_s: int | None = None,
     ) -> None:
         super().__init__(message)
         self.message = message
@@ -28,6 +29,7 @@ class DrumtrueError(Exception):
         self.field = field
         self.value = value
         self.advice = advice
+        self.retry_after_s = retry_after_s
 
 
 class InvalidInput(DrumtrueError):
@@ -41,6 +43,20 @@ class NumericsError(InvalidInput):
     """An array of the wrong shape, a NaN where a number must be, or a set of runs that cannot be solved."""
 
     code = "numerics"
+
+
+class Unauthorized(DrumtrueError):
+    """A request without a token, or with one that is not good (any more)."""
+
+    status = 401
+    code = "unauthorized"
+
+
+class Forbidden(DrumtrueError):
+    """A request that its bearer's scopes do not allow, or that another site sent through the browser."""
+
+    status = 403
+    code = "forbidden"
 
 
 class NotFound(DrumtrueError):
@@ -75,6 +91,13 @@ class UnsupportedMediaType(DrumtrueError):
 
     status = 415
     code = "unsupported_media_type"
+
+
+class TooManyAttempts(DrumtrueError):
+    """Too many tokens that were not good, from one address or for one token."""
+
+    status = 429
+    code = "too_many_attempts"
 
 
 class Unavailable(DrumtrueError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 DEFAULT_DATABASE = Path.home() / ".local" / "share" / "drumtrue" / "drumtrue.db"
@@ -16,12 +16,16 @@ class Settings:
     """What a deployment may choose.
 
     database_url: SQLAlchemy address; SQLite file or PostgreSQL (`postgresql+psycopg://...`). max_body_bytes: longest
-    request body. max_readings: longest list of readings in one request.
+    request body. max_readings: longest list of readings in one request. loopback: the service listens on an address
+    of this machine alone, and answers without a token until one is created. trusted_proxies: addresses and networks,
+    with commas between, whose X-Forwarded-For and X-Forwarded-Proto are believed; none if empty.
     """
 
     database_url: str = f"sqlite:///{DEFAULT_DATABASE}"
     max_body_bytes: int = 4 * 1024 * 1024
     max_readings: int = 10_000
+    loopback: bool = False
+    trusted_proxies: str = ""
 
     @property
     def shown(self) -> str:
@@ -30,6 +34,7 @@ class Settings:
 
     @staticmethod
     def from_environment(environment: Mapping[str, str] = os.environ, *, database_url: str | None = None) -> Settings:
-        """Settings from `DRUMTRUE_DATABASE_URL`, unless the caller states the address."""
+        """Settings from `DRUMTRUE_DATABASE_URL`, unless stated, and `DRUMTRUE_TRUSTED_PROXIES`."""
         url = database_url or environment.get("DRUMTRUE_DATABASE_URL")
-        return Settings() if url is None else Settings(database_url=url)
+        settings = Settings(trusted_proxies=environment.get("DRUMTRUE_TRUSTED_PROXIES", ""))
+        return settings if url is None else replace(settings, database_url=url)

@@ -9,6 +9,7 @@ from typing import Any
 
 from fastapi import FastAPI
 
+from service.api.access import OPERATIONS
 from service.api.problems import MEDIA_TYPE
 
 DESCRIPTION = """\
@@ -18,6 +19,18 @@ Every number is meant in the conventions of its machine: mass angles in degrees 
 `angle_sense`, phases in degrees in `phase_sense`, amplitudes of the 1x component in each sensor's quantity, unit and
 detection. Masses in g, radii and axial positions in mm, unbalance in g.mm, forces in N, speeds in r/min, times in UTC.
 """
+
+
+TOKEN = {
+    "type": "http",
+    "scheme": "bearer",
+    "description": "From `drumtrue token create`. Not needed on the machine itself as long as no token was created.",
+}
+REFUSALS = {
+    "401": "A token is needed, or the one that was sent is not good (any more).",
+    "403": "The token's scopes do not allow it, or another site sent the request.",
+    "429": "Too many tokens that are not good: `Retry-After` says how many seconds to wait.",
+}
 
 
 def install(app: FastAPI) -> None:
@@ -30,6 +43,8 @@ def install(app: FastAPI) -> None:
             for operations in document["paths"].values():
                 for operation in operations.values():
                     _finish(operation)
+                    _guard(operation)
+            document["components"]["securitySchemes"] = {"token": TOKEN}
             schemas = document["components"]["schemas"]
             schemas.pop("HTTPValidationError", None)
             schemas.pop("ValidationError", None)
@@ -37,6 +52,19 @@ def install(app: FastAPI) -> None:
         return app.openapi_schema or {}
 
     app.openapi = finished  # type: ignore[method-assign]
+
+
+def _guard(operation: dict[str, Any]) -> None:
+    """Say who may do the operation, and how others are refused."""
+    allowed = OPERATIONS[operation["operationId"]]
+    if allowed is None:
+        return
+    scopes = " or ".join(sorted(allowed))
+    operation["security"] = [{"token": []}]
+    operation["description"] += f"\n\nScope: {scopes}."
+    schema = {"$ref": "#/components/schemas/Problem"}
+    for status, words in REFUSALS.items():
+        operation["responses"][status] = {"description": words, "content": {MEDIA_TYPE: {"schema": schema}}}
 
 
 @cache

@@ -112,7 +112,16 @@ def _unexpected(_request: Request, _error: Exception) -> JSONResponse:
 
 def _deliberate(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, DrumtrueError)  # noqa: S101
-    return problem(error.status, error.code, error.message, field=error.field, value=error.value, advice=error.advice)
+    later = {} if error.retry_after_s is None else {"retry-after": str(error.retry_after_s)}
+    return problem(
+        error.status,
+        error.code,
+        error.message,
+        field=error.field,
+        value=error.value,
+        advice=error.advice,
+        headers=later,
+    )
 
 
 def _invalid(_request: Request, error: Exception) -> JSONResponse:

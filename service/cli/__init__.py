@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli import benching, canbus
+from service.cli import benching, canbus, tokening
 from service.errors import DrumtrueError
 
 app = typer.Typer(
@@ -20,6 +20,7 @@ app = typer.Typer(
 )
 
 app.add_typer(benching.app, name="bench")
+app.add_typer(tokening.app, name="token")
 
 DatabaseUrl = Annotated[
     str | None,
@@ -27,6 +28,15 @@ DatabaseUrl = Annotated[
         "--database-url",
         envvar="DRUMTRUE_DATABASE_URL",
         help="SQLite file (sqlite:///PATH) or PostgreSQL (postgresql+psycopg://...).",
+    ),
+]
+TokenText = Annotated[
+    str | None,
+    typer.Option(
+        "--token",
+        envvar="DRUMTRUE_TOKEN",
+        show_envvar=True,
+        help="Token for the service, where it needs one; better in the environment, where other users do not see it.",
     ),
 ]
 
@@ -78,6 +88,13 @@ def serve(
     sensors: canbus.Sensors = "P,Q",
     planes: canbus.Planes = "1,2",
     j1939: canbus.J1939 = False,
+    trust_proxy: Annotated[
+        str | None,
+        typer.Option(
+            envvar="DRUMTRUE_TRUSTED_PROXIES",
+            help="Addresses or networks of proxies whose X-Forwarded-For and -Proto are believed, commas between.",
+        ),
+    ] = None,
 ) -> None:
     """Serve the API; an empty or older SQLite file is migrated first. With --can, read a balancer's bus as well."""
     from service.cli.serving import serve_until_stopped
@@ -87,7 +104,7 @@ def serve(
         from service.cli.bridging import bus_choice
 
         bus = bus_choice(can, mapping, sensors, planes, j1939=j1939)
-    serve_until_stopped(host, port, database_url, bus, source)
+    serve_until_stopped(host, port, database_url, bus, source, trust_proxy)
 
 
 @app.command()
@@ -127,15 +144,16 @@ def simulate(
         bool | None,
         typer.Option(help="Create machine and box at the service and bind the source; default: with --to http."),
     ] = None,
+    token: TokenText = None,
 ) -> None:
     """Run a simulated drum that sends its readings to a service, or onto a CAN bus as a balancer does."""
     from service.cli.simulating import out_to_can, out_to_http, simulate_until_stopped
 
     if to not in ("http", "can"):
         raise typer.BadParameter(f"{to!r} is no way out; use http or can", param_hint="--to")
-    out = out_to_http(url) if to == "http" else out_to_can(can, mapping, j1939=j1939)
+    out = out_to_http(url, token) if to == "http" else out_to_can(can, mapping, j1939=j1939)
     registered = to == "http" if register is None else register
-    simulate_until_stopped(url if registered else None, out, control, source, seed, interval, rounds)
+    simulate_until_stopped(url if registered else None, token, out, control, source, seed, interval, rounds)
 
 
 @app.command()
@@ -155,6 +173,7 @@ def bridge(
     max_spool_mb: Annotated[int, typer.Option(min=1, help="Most megabytes of it; the oldest readings are kept.")] = 256,
     status: Annotated[float, typer.Option(min=0.1, help="Seconds between status lines.")] = 10.0,
     send_again: Annotated[bool, typer.Option("--send-again", help="First send what was set aside before.")] = False,
+    token: TokenText = None,
 ) -> None:
     """Carry a balancer's readings from a CAN bus to a service, keeping them on disk until the service has them."""
     if [bool(can), simulated, replay is not None].count(True) != 1:
@@ -164,6 +183,7 @@ def bridge(
     bridge_until_stopped(
         bus_choice(can, mapping, sensors, planes, j1939=j1939) if can else None,
         url=url,
+        token=token,
         source=source,
         spool=spool,
         max_bytes=max_spool_mb * 1024 * 1024,
@@ -214,6 +234,7 @@ def replay(
     speed: Annotated[float | None, typer.Option(min=0.001, help="Times as fast as it was; default: at once.")] = None,
     as_now: Annotated[bool, typer.Option("--as-now", help="Move the times so that the first is now.")] = False,
     keep_going: Annotated[bool, typer.Option("--keep-going", help="Pass over errors in the file.")] = False,
+    token: TokenText = None,
 ) -> None:
     """Replay a log to a service or onto a CAN bus, or compare old sessions' answers with today's."""
     if to not in ("http", "can"):
@@ -232,6 +253,7 @@ def replay(
         path,
         to=to,
         url=url,
+        token=token,
         bus=can,
         mapping=mapping,
         sensors=sensors,

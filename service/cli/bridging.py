@@ -44,6 +44,7 @@ def bridge_until_stopped(
     bus: BusChoice | None,
     *,
     url: str,
+    token: str | None,
     source: str,
     spool: Path | None,
     max_bytes: int,
@@ -82,7 +83,7 @@ def bridge_until_stopped(
         bridge = Bridge(
             driver,
             kept,
-            HttpSender(HttpOut(url)),
+            HttpSender(HttpOut(url, token=token)),
             stop=stop,
             clock=clock,
             rng=random.Random(),  # noqa: S311

@@ -21,9 +21,10 @@ class Refused(DrumtrueError):
 class Client:
     """Requests to one service; every answer that is no success raises `Refused` with what the service said."""
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, token: str | None = None) -> None:
         self.url = url.rstrip("/")
-        self._http = httpx2.Client(base_url=f"{self.url}/api/v1", timeout=TIMEOUT_S)
+        headers = {"authorization": f"Bearer {token}"} if token else {}
+        self._http = httpx2.Client(base_url=f"{self.url}/api/v1", timeout=TIMEOUT_S, headers=headers)
 
     def post(self, path: str, body: object) -> Any:
         """POST JSON."""

@@ -50,6 +50,7 @@ def replay_file(
     *,
     to: str,
     url: str,
+    token: str | None,
     bus: str,
     mapping: Path | None,
     sensors: str,
@@ -79,7 +80,7 @@ def replay_file(
         shift=_to_now(file, messages) if as_now else timedelta(),
         on_error=on_error if keep_going else None,
     )
-    out = _way_out(to, url, bus, messages)
+    out: Outlet = HttpOut(url, batch_size=BATCH, token=token) if to == "http" else CanOut(parse_bus(bus), messages)
     sent = 0
     try:
         with replay:
@@ -90,10 +91,6 @@ def replay_file(
         out.close()
         print(f"{sent} readings of {replay.source!r} replayed from {file}, {len(errors)} errors passed over")
     return len(errors)
-
-
-def _way_out(to: str, url: str, bus: str, mapping: CanMapping) -> Outlet:
-    return HttpOut(url, batch_size=BATCH) if to == "http" else CanOut(parse_bus(bus), mapping)
 
 
 def _to_now(file: Path, mapping: CanMapping) -> timedelta:

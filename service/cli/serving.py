@@ -7,14 +7,17 @@ import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import uvicorn
 
 from service import bootstrap
+from service.api.guard import is_loopback
 from service.app import create_app
 from service.errors import Conflict
 from service.settings import Settings
+from service.usecases import tokens
 from service.usecases.work import Work
 
 if TYPE_CHECKING:
@@ -25,17 +28,27 @@ GRACE_S = 3
 
 
 def serve_until_stopped(
-    host: str, port: int, database_url: str | None, bus: BusChoice | None = None, source: str = "can"
+    host: str,
+    port: int,
+    database_url: str | None,
+    bus: BusChoice | None = None,
+    source: str = "can",
+    trusted_proxies: str | None = None,
 ) -> None:
     """Listen until SIGINT or SIGTERM, on a CAN bus too if one is named.
 
-    Raises Conflict for an address that is taken or a schema out of date, `BusUnavailable` for a bus that cannot be had.
+    Raises Conflict for an address that is taken, a schema out of date, or an address beyond this machine without a
+    token, `BusUnavailable` for a bus that cannot be had.
     """
     settings = Settings.from_environment(database_url=database_url)
+    if trusted_proxies is not None:
+        settings = replace(settings, trusted_proxies=trusted_proxies)
     # uvicorn hands the signal on once it has stopped; by default that would end the process before its blocks end.
     signal.signal(signal.SIGTERM, _end)
     with _listening(host, port) as listener, _working(settings) as work:
         address = listener.getsockname()
+        settings = replace(settings, loopback=is_loopback(address[0]))
+        _require_tokens(work, settings, address[0])
         print(f"Drumtrue on http://{address[0]}:{address[1]} (API document: /docs), sessions in {settings.shown}")
         if bus is None:
             _server(settings, "info", work).run(sockets=[listener])
@@ -46,6 +59,19 @@ def serve_until_stopped(
             _server(settings, "info", work).run(sockets=[listener])
 
 
+def _require_tokens(work: Work, settings: Settings, address: str) -> None:
+    """Raise Conflict where strangers could reach a service that asks nobody for a token."""
+    if not settings.loopback and not tokens.needed(work):
+        raise Conflict(
+            f"{address} can be reached from other machines, and no token was created",
+            code="token_missing",
+            field="host",
+            value=address,
+            advice="run `drumtrue token create NAME --scope technician` with the same database address, then start "
+            "again; or listen on 127.0.0.1",
+        )
+
+
 def _end(_number: int, _frame: object) -> None:
     raise SystemExit(0)
 
@@ -54,6 +80,7 @@ def _end(_number: int, _frame: object) -> None:
 def serving(settings: Settings) -> Iterator[str]:
     """The service on a free port of this machine for the length of a block; yields its address."""
     with _listening("127.0.0.1", 0) as listener, _working(settings) as work:
+        settings = replace(settings, loopback=True)
         server = _server(settings, "warning", work)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]}, name="service", daemon=True)
         thread.start()
@@ -78,7 +105,12 @@ def _working(settings: Settings) -> Iterator[Work]:
 def _server(settings: Settings, log_level: str, work: Work) -> uvicorn.Server:
     return uvicorn.Server(
         uvicorn.Config(
-            create_app(settings, work), log_level=log_level, access_log=False, timeout_graceful_shutdown=GRACE_S
+            create_app(settings, work),
+            log_level=log_level,
+            access_log=False,
+            timeout_graceful_shutdown=GRACE_S,
+            proxy_headers=bool(settings.trusted_proxies),
+            forwarded_allow_ips=settings.trusted_proxies,
         )
     )
 

@@ -29,9 +29,9 @@ class WayOut:
     batch_size: int
 
 
-def out_to_http(url: str) -> WayOut:
-    """To a service."""
-    return WayOut(lambda: HttpOut(url), batch_size=100)
+def out_to_http(url: str, token: str | None = None) -> WayOut:
+    """To a service, with a token where it needs one."""
+    return WayOut(lambda: HttpOut(url, token=token), batch_size=100)
 
 
 def out_to_can(bus: str, mapping: Path | None, *, j1939: bool) -> WayOut:
@@ -41,7 +41,14 @@ def out_to_can(bus: str, mapping: Path | None, *, j1939: bool) -> WayOut:
 
 
 def simulate_until_stopped(
-    url: str | None, out: WayOut, control: str, source: str, seed: int, interval_s: float, rounds: int | None
+    url: str | None,
+    token: str | None,
+    out: WayOut,
+    control: str,
+    source: str,
+    seed: int,
+    interval_s: float,
+    rounds: int | None,
 ) -> None:
     """Send readings until SIGINT or SIGTERM, or for so many rounds; url: of the service to register the drum at.
 
@@ -50,7 +57,7 @@ def simulate_until_stopped(
     spec = threshing_drum_example(seed)
     port = _control_address(control)
     if url is not None:
-        _register(url, source, seed)
+        _register(url, token, source, seed)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
@@ -69,9 +76,9 @@ def simulate_until_stopped(
     )
 
 
-def _register(url: str, source: str, seed: int) -> None:
+def _register(url: str, token: str | None, source: str, seed: int) -> None:
     """Machine and box at the service, found or created, and the source bound to the machine."""
-    client = Client(url)
+    client = Client(url, token)
     try:
         name = f"Simulated drum {seed}"
         machine = client.find_or_create("/machines", machine_of(threshing_drum_example(seed), name))

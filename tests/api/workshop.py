@@ -22,13 +22,25 @@ from drivers.clock import ManualClock
 from service import bootstrap
 from service.app import PREFIX, create_app
 from service.settings import Settings
+from service.usecases.attempts import Attempts
 from service.usecases.work import Work
 
+HERE = "http://localhost"
 JSON = {"content-type": "application/json"}
 PROBLEM_FIELDS = {"type", "title", "status", "code", "detail", "field", "value", "advice", "errors"}
 POSITIONS = [20.0 * hole for hole in range(1, 19)]
 STOCK_G = (10.0, 20.0, 50.0, 100.0, 200.0, 300.0)
 Vectors = Mapping[str, complex]
+
+
+@dataclass
+class StopWatch:
+    """A stop-watch that stands until it is moved by hand, s."""
+
+    seconds: float = 0.0
+
+    def __call__(self) -> float:
+        return self.seconds
 
 
 @dataclass
@@ -259,9 +271,9 @@ def workshop(url: str) -> Iterator[Workshop]:
     work = work_over(bootstrap.open_database(settings), now)
     app = application()
     before = getattr(app.state, "work", None)
-    app.state.work = work
+    app.state.work, app.state.attempts = work, Attempts(StopWatch())
     try:
-        yield Workshop(TestClient(app), work, now)
+        yield Workshop(TestClient(app, base_url=HERE), work, now)
     finally:
         app.state.work = before
         work.database.close()
@@ -270,4 +282,4 @@ def workshop(url: str) -> Iterator[Workshop]:
 @cache
 def application() -> FastAPI:
     """The application, made once: its first request builds all routes, which takes a second."""
-    return create_app(Settings(database_url="sqlite://"))
+    return create_app(Settings(database_url="sqlite://", loopback=True))

@@ -17,7 +17,15 @@ from service.cli.replaying import record_until_stopped, replay_file
 from service.cli.serving import serving
 from service.settings import Settings
 
-OPTIONS = {"bus": "virtual:replay", "mapping": None, "sensors": "P,Q", "j1939": False, "source": None, "speed": None}
+OPTIONS = {
+    "token": None,
+    "bus": "virtual:replay",
+    "mapping": None,
+    "sensors": "P,Q",
+    "j1939": False,
+    "source": None,
+    "speed": None,
+}
 
 
 @pytest.fixture

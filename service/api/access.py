@@ -1,0 +1,72 @@
+"""Which scopes may do which operation: the one place that says so.
+
+An operation is a route's name. A route that is not named here is refused, whoever asks; a test sees that all are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from db.documents.access import Scope
+
+LOOKERS: frozenset[Scope] = frozenset({"read", "technician", "admin"})
+DOERS: frozenset[Scope] = frozenset({"technician", "admin"})
+SENDERS: frozenset[Scope] = frozenset({"bridge", "technician", "admin"})
+KEEPERS: frozenset[Scope] = frozenset({"admin"})
+EVERYONE: frozenset[Scope] | None = None
+"""No token is needed: what the operation tells or does is no secret."""
+
+_OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
+    (EVERYONE, ("get_health", "openapi", "swagger_ui_html", "swagger_ui_redirect", "redoc_html")),
+    # A bridge sends what a balancer measured and can do nothing else: not even bind its source, or read.
+    (SENDERS, ("add_readings", "add_answer", "add_block")),
+    (
+        LOOKERS,
+        (
+            "list_machines",
+            "get_machine",
+            "list_influence",
+            "get_typical_influence",
+            "list_catalogues",
+            "get_catalogue",
+            "list_sources",
+            "list_sessions",
+            "get_session",
+            "get_log",
+            "get_report",
+            "get_now",
+            "follow",
+            "suggest_trial_masses",
+            "get_plan",
+            "get_front",
+            "ask_what_if",
+        ),
+    ),
+    (
+        DOERS,
+        (
+            "create_machine",
+            "change_machine",
+            "learn_influence",
+            "create_catalogue",
+            "change_catalogue",
+            "bind_source",
+            "open_session",
+            "change_session",
+            "add_run",
+            "change_run",
+            "add_correction",
+            "add_plan",
+            "fit_plan",
+            "unfit_plan",
+        ),
+    ),
+    # Pages
+    (EVERYONE, ("get_static", "get_icon", "show_login", "log_in", "log_out")),
+    (LOOKERS, ("home", "show_preferences", "change_preferences")),
+)
+
+OPERATIONS: Mapping[str, frozenset[Scope] | None] = MappingProxyType(
+    {name: scopes for scopes, names in _OPERATIONS for name in names}
+)

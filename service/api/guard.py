@@ -1,0 +1,205 @@
+"""Nobody does what they may not: every request is matched with its operation before anything of it is read.
+
+Who asks is told by a token (`authorization: Bearer`), else by the cookie of a login. On an address of this machine
+alone, as long as no token was created, whoever sits at the machine may do everything.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from collections.abc import Awaitable
+from dataclasses import dataclass
+from typing import cast
+from urllib.parse import quote, urlsplit
+
+from fastapi import FastAPI
+from fastapi.routing import iter_route_contexts
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import RedirectResponse, Response
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from service.api.access import KEEPERS, OPERATIONS
+from service.errors import DrumtrueError, Forbidden, Unauthorized
+from service.usecases import logins, tokens
+from service.usecases.attempts import Attempts
+from service.usecases.tokens import LOCAL, Principal
+from service.usecases.work import Work
+
+COOKIE = "drumtrue_login"
+API_PATHS = ("/api/", "/health", "/metrics", "/openapi.json")
+SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
+FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-host")
+TO_CREATE = (
+    "create a token (`drumtrue token create NAME --scope technician`) and send it as `authorization: Bearer dt_...`"
+)
+
+
+@dataclass(frozen=True)
+class _Operation:
+    """A route as it is matched: a mount takes every method."""
+
+    name: str
+    path: re.Pattern[str]
+    methods: frozenset[str] | None
+
+
+class Guard:
+    """Middleware that refuses who may not; `request.state.principal` tells the others' names.
+
+    loopback: the service listens on an address of this machine alone.
+    """
+
+    def __init__(self, app: ASGIApp, loopback: bool) -> None:
+        self.app = app
+        self.loopback = loopback
+        self._operations: tuple[_Operation, ...] | None = None
+        self._seen_in: Work | None = None
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the request through, or answer it with a problem."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+        try:
+            principal = await self._admit(scope)
+        except (DrumtrueError, HTTPException) as refused:
+            response = await _refusal(Request(scope), refused)
+            await response(scope, receive, send)
+            return
+        scope.setdefault("state", {})["principal"] = principal
+        await self.app(scope, receive, send)
+
+    async def _admit(self, scope: Scope) -> Principal | None:
+        """Who asks; None where nobody needs to be. Raises Unauthorized, Forbidden or TooManyAttempts."""
+        operation = self._operation(scope)
+        request = HTTPConnection(scope)
+        if scope["method"] not in SAFE and "authorization" not in request.headers:
+            require_same_site(request)
+        if operation is not None and operation not in OPERATIONS:
+            raise Forbidden(
+                f"the operation {operation!r} is not open to anybody",
+                advice="name the operation in service/api/access.py with the scopes that may do it",
+            )
+        allowed = KEEPERS if operation is None else OPERATIONS[operation]
+        if allowed is None:
+            return None
+        principal = await run_in_threadpool(self._identify, request)
+        if operation is None:
+            raise self._no_operation(scope)
+        if not allowed & principal.scopes:
+            raise Forbidden(
+                f"{operation} needs the scope {' or '.join(sorted(allowed))}; "
+                f"the token {principal.name!r} has {', '.join(sorted(principal.scopes))}",
+                code="scope_missing",
+                advice="use a token with that scope, or ask who runs the service for one",
+            )
+        return principal
+
+    def _identify(self, request: HTTPConnection) -> Principal:
+        work, attempts = _state(request)
+        if self.loopback and self._seen_in is not work:
+            if not tokens.needed(work):
+                _require_here(request)
+                return LOCAL
+            self._seen_in = work  # tokens are never deleted: once there is one it need not be asked again
+        kind, _, text = request.headers.get("authorization", "").partition(" ")
+        if text:
+            if kind.lower() != "bearer":
+                raise tokens.unknown()
+            return attempts.guarded(client_of(request), text, lambda: tokens.bearer(work, text))
+        if cookie := request.cookies.get(COOKIE):
+            return logins.logged_in(work, cookie)
+        raise Unauthorized("a token is needed", code="token_missing", advice=TO_CREATE)
+
+    def _operation(self, scope: Scope) -> str | None:
+        """The name of the route that will be taken, the first that matches path and method; None without one."""
+        if self._operations is None:
+            self._operations = tuple(
+                _Operation(one.name or "", one.path_regex, frozenset(one.methods) if one.methods else None)
+                for one in iter_route_contexts(cast(FastAPI, scope["app"]).routes)
+            )
+        path, method = scope["path"], scope["method"]
+        for one in self._operations:
+            if (one.methods is None or method in one.methods) and one.path.match(path):
+                return one.name
+        return None
+
+    def _no_operation(self, scope: Scope) -> HTTPException:
+        """No such address, or not with this method. Answered here: what was not matched never reaches the routes."""
+        methods = {m for one in self._operations or () if one.path.match(scope["path"]) for m in one.methods or ()}
+        if methods:
+            return HTTPException(405, headers={"allow": ", ".join(sorted(methods))})
+        return HTTPException(404)
+
+
+def client_of(request: HTTPConnection) -> str:
+    """The client's address; that which a proxy states is in it only where the proxy is trusted by a setting."""
+    return request.client.host if request.client else "unknown"
+
+
+def require_same_site(request: HTTPConnection) -> None:
+    """Refuse what another site's page makes a browser send. Raises Forbidden.
+
+    Browsers say where a request comes from (Fetch Metadata, else Origin) and pages cannot forge that; programs say
+    nothing, and carry no login that could be abused.
+    """
+    site, origin = request.headers.get("sec-fetch-site"), request.headers.get("origin")
+    if site is not None:
+        own = site in ("same-origin", "none")
+    else:
+        own = origin is None or urlsplit(origin).netloc.lower() == request.headers.get("host", "").lower()
+    if not own:
+        raise Forbidden(
+            f"the request comes from another site ({origin or site})",
+            code="cross_site",
+            field="origin",
+            value=origin,
+            advice="use the pages of the service itself, or a token",
+        )
+
+
+def _require_here(request: HTTPConnection) -> None:
+    """Without tokens: only who addresses this machine as itself. Raises Unauthorized.
+
+    Neither a name that somebody made to point here gets in, nor a proxy that forwards strangers and says so.
+    """
+    host = urlsplit(f"//{request.headers.get('host', '')}").hostname or ""
+    if is_loopback(host) and not any(name in request.headers for name in FORWARDED):
+        return
+    raise Unauthorized(
+        f"without tokens only requests to this machine itself are answered; this one is for {host!r} or was forwarded",
+        code="token_missing",
+        field="host",
+        value=host,
+        advice=TO_CREATE,
+    )
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a name or address is this machine to itself."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost" or host.endswith(".localhost")
+
+
+def _state(request: HTTPConnection) -> tuple[Work, Attempts]:
+    state = request.app.state
+    return state.work, state.attempts
+
+
+async def _refusal(request: Request, error: DrumtrueError | HTTPException) -> Response:
+    """The refusal as the application answers errors; who asks for a page is sent to the login."""
+    page = not request.url.path.startswith(API_PATHS) and "text/html" in request.headers.get("accept", "")
+    if page and isinstance(error, Unauthorized) and request.method == "GET":
+        query = f"?{request.url.query}" if request.url.query else ""
+        return RedirectResponse(f"/login?back={quote(request.url.path + query, safe='')}", status_code=303)
+    kind = DrumtrueError if isinstance(error, DrumtrueError) else HTTPException
+    made = request.app.exception_handlers[kind](request, error)
+    response = cast(Response, await made if isinstance(made, Awaitable) else made)
+    if isinstance(error, Unauthorized):
+        response.headers["www-authenticate"] = "Bearer"
+    return response

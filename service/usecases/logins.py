@@ -1,0 +1,51 @@
+"""Logins of browsers: a token typed in once, a cookie until it ends, is ended, or its token is."""
+
+from __future__ import annotations
+
+import secrets
+from datetime import datetime, timedelta
+
+from db.rows import LoginRow, TokenRow
+from service.errors import Unauthorized
+from service.usecases import tokens
+from service.usecases.tokens import Principal
+from service.usecases.work import Work
+
+LASTS = timedelta(hours=12)
+"""A shift; then the token is asked for again."""
+_SECRET_BYTES = 32
+
+
+def log_in(work: Work, token: str) -> tuple[str, datetime]:
+    """The secret for a cookie, and when it ends. Raises Unauthorized where the token is not good."""
+    principal = tokens.bearer(work, token)
+    secret, now = secrets.token_urlsafe(_SECRET_BYTES), work.now()
+    expires_at = now + LASTS
+    with work.database.write() as store:
+        store.end_logins(before=now)
+        store.add(
+            LoginRow(
+                id=tokens.digest_of(secret),
+                token_id=principal.token_id,
+                created_at=now,
+                expires_at=expires_at,
+            )
+        )
+    return secret, expires_at
+
+
+def log_out(work: Work, secret: str) -> None:
+    """End a login; what is none is passed over."""
+    with work.database.write() as store:
+        store.end_logins(login_id=tokens.digest_of(secret))
+
+
+def logged_in(work: Work, secret: str) -> Principal:
+    """Who logged in with this cookie. Raises Unauthorized where the login is over, or its token is."""
+    now = work.now()
+    with work.database.read() as store:
+        login = store.get(LoginRow, tokens.digest_of(secret))
+        token = None if login is None else store.get(TokenRow, login.token_id)
+        if login is None or token is None or login.expires_at <= now:
+            raise Unauthorized("the login is over", code="login_over", advice="log in again with your token")
+        return tokens.principal_of(token, now)
