@@ -7,12 +7,15 @@ from typing import Annotated, Any
 from fastapi import Depends, Path, Query, Request
 
 from service.api.problems import Problem
+from service.usecases.tokens import Principal
 from service.usecases.work import Work
 
 
 def _work(request: Request) -> Work:
+    """What the use cases need, acting for who asks."""
     work: Work = request.app.state.work
-    return work
+    principal: Principal | None = getattr(request.state, "principal", None)
+    return work if principal is None else work.acting(principal.name)
 
 
 WorkDep = Annotated[Work, Depends(_work)]

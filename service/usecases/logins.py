@@ -21,7 +21,7 @@ def log_in(work: Work, token: str) -> tuple[str, datetime]:
     principal = tokens.bearer(work, token)
     secret, now = secrets.token_urlsafe(_SECRET_BYTES), work.now()
     expires_at = now + LASTS
-    with work.database.write() as store:
+    with work.write() as store:
         store.end_logins(before=now)
         store.add(
             LoginRow(
@@ -36,14 +36,14 @@ def log_in(work: Work, token: str) -> tuple[str, datetime]:
 
 def log_out(work: Work, secret: str) -> None:
     """End a login; what is none is passed over."""
-    with work.database.write() as store:
+    with work.write() as store:
         store.end_logins(login_id=tokens.digest_of(secret))
 
 
 def logged_in(work: Work, secret: str) -> Principal:
     """Who logged in with this cookie. Raises Unauthorized where the login is over, or its token is."""
     now = work.now()
-    with work.database.read() as store:
+    with work.read() as store:
         login = store.get(LoginRow, tokens.digest_of(secret))
         token = None if login is None else store.get(TokenRow, login.token_id)
         if login is None or token is None or login.expires_at <= now:

@@ -56,7 +56,7 @@ def create(work: Work, name: str, scopes: Collection[Scope], expires_at: datetim
             f"{expires_at.isoformat()} is over already", field="expires", advice="state a time that is to come"
         )
     token_id, secret = _letters(ID_LETTERS), _letters(SECRET_LETTERS)
-    with work.database.write() as store:
+    with work.write() as store:
         if store.token_named(name) is not None:
             raise Conflict(
                 f"there is, or was, a token named {name!r}",
@@ -80,13 +80,13 @@ def create(work: Work, name: str, scopes: Collection[Scope], expires_at: datetim
 
 def find(work: Work) -> tuple[Token, ...]:
     """All tokens, oldest first, those that are not good any more among them."""
-    with work.database.read() as store:
+    with work.read() as store:
         return tuple(_view(row) for row in store.tokens())
 
 
 def revoke(work: Work, name: str) -> Token:
     """End a token, and every login made with it, from the next request on; again is harmless. Raises NotFound."""
-    with work.database.write() as store:
+    with work.write() as store:
         row = store.token_named(name) or store.get(TokenRow, name)
         if row is None:
             raise NotFound(
@@ -102,7 +102,7 @@ def revoke(work: Work, name: str) -> Token:
 
 def needed(work: Work) -> bool:
     """Whether a token was ever created; revoked ones count, or revoking the last would open the service to all."""
-    with work.database.read() as store:
+    with work.read() as store:
         return store.any_token()
 
 
@@ -112,7 +112,7 @@ def bearer(work: Work, text: str) -> Principal:
     if parts is None:
         raise unknown()
     token_id, secret = parts
-    with work.database.read() as store:
+    with work.read() as store:
         row = store.get(TokenRow, token_id)
         digest = "" if row is None else row.digest
         if not hmac.compare_digest(digest, digest_of(secret)) or row is None:

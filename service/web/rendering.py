@@ -8,6 +8,7 @@ from fastapi import Depends, Request
 from fastapi.responses import HTMLResponse, RedirectResponse
 from markupsafe import Markup
 
+from service.usecases.tokens import Principal
 from service.usecases.work import Work
 from service.version import __version__
 from service.web.display import Display
@@ -39,7 +40,13 @@ class Page:
     def work(self) -> Work:
         """What the use cases need."""
         work: Work = self.request.app.state.work
-        return work
+        return work if self.principal is None else work.acting(self.principal.name)
+
+    @property
+    def principal(self) -> Principal | None:
+        """Who asks, and what they may do; None on a page that everyone may see."""
+        found: Principal | None = getattr(self.request.state, "principal", None)
+        return found
 
     @property
     def back(self) -> str:
