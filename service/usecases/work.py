@@ -30,7 +30,7 @@ def new_id() -> str:
 
 @dataclass(frozen=True)
 class Work:
-    """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: the name of the token, or local."""
+    """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: a token's name, or local."""
 
     database: Database
     now: Callable[[], datetime] = utc_now
