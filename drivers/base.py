@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import threading
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
-from types import TracebackType
-from typing import Literal, Self
+from typing import Literal
 
 from drivers.errors import BrokenSource, DriverClosed, InvalidSetting
+from drivers.opened import Opened
 from drivers.protocol import Health
 from drivers.reading import Reading
 
 
-class BaseDriver(ABC):
+class BaseDriver(Opened):
     """Template of a driver: a child writes `_next`, and `_connect` and `_disconnect` where it holds something.
 
     `_closed` is set while the driver is closed: a child that waits, waits on it.
@@ -53,15 +53,6 @@ class BaseDriver(ABC):
             if self._state == "open":
                 self._state = "closed"
                 self._disconnect()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __iter__(self) -> Iterator[Reading]:
         self._require_open()

@@ -11,7 +11,7 @@ import random
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Protocol
 
 from drivers.checks import require
 from drivers.clock import Clock
@@ -19,8 +19,8 @@ from drivers.errors import BusUnavailable, DeliveryFailed, DeliveryRefused, Spoo
 from drivers.http_out import ANSWERS_PATH, HttpOut
 from drivers.intake import Intake
 from drivers.protocol import Driver
-from drivers.reading import Answer, Entry
-from drivers.spool import ANSWER, Item, Keeper, Spooled
+from drivers.reading import Answer, Entry, Mark
+from drivers.spool import ANSWER, Spool, Spooled
 
 FIRST_PAUSE_S = 0.5
 LONGEST_PAUSE_S = 30.0
@@ -34,13 +34,10 @@ PER_ENTRY = frozenset({400, 409, 413, 422})
 """Refusals for what is in a batch; others (no such source, no permission) hold until someone sees to it."""
 
 
-Sent = TypeVar("Sent", contravariant=True)
-
-
-class Sender(Protocol, Generic[Sent]):
+class Sender(Protocol):
     """The way to the service."""
 
-    def send(self, items: Sequence[Sent]) -> None:
+    def send(self, items: Sequence[Spooled]) -> None:
         """Hand items over, all or in part; when it returns all are acknowledged. Raises a `DeliveryError`."""
         ...
 
@@ -103,7 +100,7 @@ class Backoff:
         self._pause = FIRST_PAUSE_S
 
 
-class Bridge(Generic[Item]):
+class Bridge:
     """One source, one spool (open), one service. `run` ends when the stop is set, or with a source that ends.
 
     live: the source does not wait (a bus): what finds no place is counted and lost, where others are read later.
@@ -113,8 +110,8 @@ class Bridge(Generic[Item]):
     def __init__(
         self,
         driver: Driver,
-        spool: Keeper[Item],
-        sender: Sender[Item],
+        spool: Spool,
+        sender: Sender,
         *,
         stop: threading.Event,
         clock: Clock,
@@ -141,9 +138,14 @@ class Bridge(Generic[Item]):
         """Take a balancer's own corrections: for the driver's `on_answer`."""
         self._intake.put(answer)
 
+    def mark(self, mark: Mark) -> None:
+        """Take how far the counters of the source's frames are: for the driver's `on_mark`."""
+        self._intake.mark(mark)
+
     def run(self) -> Totals:
-        """Bridge until stopped. Raises what opening the source raises, and what ends it."""
-        self._driver.open()
+        """Bridge until stopped; the source is opened unless it is. Raises what opening it raises, and what ends it."""
+        if self._driver.health().state == "closed":
+            self._driver.open()
         threads = [
             threading.Thread(target=self._guarded, args=(work,), name=name, daemon=True)
             for work, name in ((self._take, "bridge source"), (self._keep, "bridge spool"))
@@ -232,7 +234,7 @@ class Bridge(Generic[Item]):
             self._ended.set()
             self._kept.set()
 
-    def _put(self, batch: Sequence[Entry]) -> None:
+    def _put(self, batch: Sequence[Entry | Mark]) -> None:
         """Put a batch in pieces that fit, again and again while none does; given up only when the bridge is stopped."""
         size, pauses = len(batch), 0
         while batch:
@@ -248,7 +250,7 @@ class Bridge(Generic[Item]):
                     self._report(f"FULL: {error}")
                 pauses += 1
                 if self._stop.is_set() and pauses > 1:
-                    self._intake.lose(len(batch))
+                    self._intake.lose(sum(not isinstance(one, Mark) for one in batch))
                     return
                 size = len(batch)
                 self._clock.wait(self._stop, FULL_PAUSE_S)
@@ -292,7 +294,7 @@ class Bridge(Generic[Item]):
         self._pauses.reset()
         return True
 
-    def _send(self, items: Sequence[Item]) -> None:
+    def _send(self, items: Sequence[Spooled]) -> None:
         """Send items; where they are refused for what is in them, in halves, until the one is found and set aside."""
         try:
             self._sender.send(items)

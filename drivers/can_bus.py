@@ -63,6 +63,11 @@ def open_bus(address: BusAddress) -> can.BusABC:
         _widen(bus)
         return bus
     except (can.CanInterfaceNotImplementedError, NotImplementedError) as error:
+        if address.interface in can.VALID_INTERFACES:
+            raise BusUnavailable(
+                f"CAN interface {address.interface!r} cannot be used here ({error}): install the package or driver "
+                "it needs"
+            ) from error
         known = ", ".join(sorted(can.VALID_INTERFACES))
         raise BusUnavailable(f"CAN interface {address.interface!r} is unknown: use one of {known}") from error
     except ImportError as error:
@@ -89,6 +94,8 @@ def bus_errors(address: BusAddress) -> Iterator[None]:
     """Turn what a bus raises while it is used into `BusUnavailable`."""
     try:
         yield
+    except BusUnavailable:
+        raise
     except (can.CanError, OSError, ValueError) as error:
         raise BusUnavailable(f"{address} was lost ({error}): {_advice(address.interface)}") from error
 

@@ -34,6 +34,8 @@ itself that the amplitude does not hold. unpaired: amplitude without phase, or p
 
 NODE_MASK = 0x03FFFF00
 """Of a J1939 identifier: all but priority and source address."""
+LONGEST_UNREAD_S = 600.0
+LEAST_PERIODS = 8
 MOST = 1e9
 """Highest amplitude, overall value and speed of a reading."""
 _FLOAT_MAX = sys.float_info.max
@@ -65,6 +67,15 @@ class Masses:
     masses: tuple[tuple[str, float, float], ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """Last count of a message's counter, when it came, and the seconds from one frame to the next (None: unknown)."""
+
+    count: int
+    at: float
+    period_s: float | None
+
+
 @dataclass(slots=True)
 class _Signal:
     """Where a mapped signal goes."""
@@ -93,6 +104,13 @@ class _Plan:
     last_count: int | None = None
     last_at: float = -math.inf
     late_count: int | None = None
+    first_at: float = 0.0
+    counted: int = 0
+    before: Counted | None = None
+
+    def period_s(self) -> float | None:
+        """Seconds from one frame to the next, since the counter runs without a break."""
+        return (self.last_at - self.first_at) / self.counted if self.counted >= LEAST_PERIODS else None
 
 
 class FrameDecoder:
@@ -105,6 +123,8 @@ class FrameDecoder:
         self.refused = 0
         """Frames of the balancer that gave no reading though they should have."""
         self.lost_frames = 0
+        self.lost_unread = 0
+        """Of the lost frames, those that came while nothing read the bus, as far as counters and times can tell."""
         self.status: str | None = None
         self.heard_at = -math.inf
         self._plans = {self._key(message): self._plan(message) for message in mapping.messages()}
@@ -137,6 +157,19 @@ class FrameDecoder:
             return []
         return self._take(plan, values, at, lost)
 
+    def counters(self) -> dict[str, Counted]:
+        """How far the counters are, by message."""
+        return {
+            plan.message.name: Counted(plan.last_count, plan.last_at, plan.period_s())
+            for plan in self._plans.values()
+            if plan.last_count is not None
+        }
+
+    def resume(self, counters: Mapping[str, Counted]) -> None:
+        """Count on from where an earlier decoder was: what was lost in between is told by the first frame of each."""
+        for plan in self._plans.values():
+            plan.before = counters.get(plan.message.name)
+
     def silent_s(self, at: float) -> float | None:
         """Seconds since the balancer's last heartbeat, or since any of its frames where none is mapped; None: never."""
         return None if self.heard_at == -math.inf else max(at - self.heard_at, 0.0)
@@ -166,7 +199,9 @@ class FrameDecoder:
         count = int(values[plan.counter])
         behind = 0 if plan.last_count is None else (count - plan.last_count) % plan.modulus
         if plan.last_count is None or at - plan.last_at > self.mapping.max_age_s:
-            behind = 1  # first, or first after a silence: how many were missed meanwhile cannot be told
+            # First, or first after a silence: how many were missed cannot be told, unless the last one was noted.
+            behind = 1 if plan.before is None else self._since(plan.before, plan, count, at)
+            plan.first_at, plan.counted, plan.before = at, -behind, None
         elif behind == 0:
             self._refuse("doubled")
             return None
@@ -177,8 +212,23 @@ class FrameDecoder:
                 return None
             behind = 1  # two in a row behind: the balancer began to count anew
         plan.last_count, plan.last_at, plan.late_count = count, at, None
+        plan.counted += behind
         self.lost_frames += behind - 1
         return behind - 1
+
+    def _since(self, before: Counted, plan: _Plan, count: int, at: float) -> int:
+        """Frames since the one noted before; whole turns of the counter are told by the time, where its step is known.
+
+        After a long time nothing is said: the balancer may have been off as well.
+        """
+        away = at - before.at
+        if away > LONGEST_UNREAD_S:
+            return 1
+        behind = (count - before.count) % plan.modulus
+        if before.period_s:
+            behind += plan.modulus * max(round((away / before.period_s - behind) / plan.modulus), 0)
+        self.lost_unread += max(behind - 1, 0)
+        return max(behind, 1)
 
     def _take(self, plan: _Plan, values: Mapping[str, Any], at: float, lost: int) -> list[Vector | Masses]:
         if plan.alive:

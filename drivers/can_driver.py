@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
-from datetime import datetime, timedelta
-
-import can
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime, timedelta
 
 from drivers.base import BaseDriver
-from drivers.can_bus import BusAddress, bus_errors, open_bus
-from drivers.can_decoder import FrameDecoder, Masses, Vector
+from drivers.can_bus import BusAddress, bus_errors
+from drivers.can_decoder import Counted, FrameDecoder, Masses, Vector
+from drivers.can_frames import Frame, Frames, open_frames
 from drivers.can_mapping import CanMapping
 from drivers.clock import Clock
-from drivers.reading import Answer, Reading
+from drivers.reading import Answer, Counter, Mark, Reading
 
 POLL_S = 0.1
 """How long a closed driver goes on waiting for a frame at most."""
@@ -25,7 +24,8 @@ class CanDriver(BaseDriver):
 
     Times are the host's clock where it moves on, held up by the time that really passed where it is set back. Numbers
     count on by one for each reading and for each that the balancer's counters show to be lost; answers have a count of
-    their own. on_answer: called with the balancer's own corrections, from the thread that iterates.
+    their own. on_answer: called with the balancer's own corrections, on_mark: with how far its counters are, once all
+    readings before were given out; both from the thread that iterates. counters: of an earlier driver's last mark.
     """
 
     def __init__(
@@ -38,13 +38,18 @@ class CanDriver(BaseDriver):
         sequence_start: int = 1,
         monotonic: Callable[[], float] = time.monotonic,
         on_answer: Callable[[Answer], None] | None = None,
-        open_with: Callable[[BusAddress], can.BusABC] = open_bus,
+        on_mark: Callable[[Mark], None] | None = None,
+        counters: Sequence[Counter] = (),
+        open_with: Callable[[BusAddress], Frames] = open_frames,
     ) -> None:
         super().__init__(source, sequence_start=sequence_start)
         self.address = address
         self.decoder = FrameDecoder(mapping)
-        self._clock, self._monotonic, self._on_answer, self._open_with = clock, monotonic, on_answer, open_with
-        self._bus: can.BusABC | None = None
+        self._clock, self._monotonic, self._open_with = clock, monotonic, open_with
+        self._on_answer, self._on_mark = on_answer, on_mark
+        self._frames: Frames | None = None
+        self._unmarked = False
+        self._resume(counters)
         self._sequence = self._answers = sequence_start - 1
         self._waiting: deque[Reading] = deque()
         self._time = SteadyTime(clock, monotonic)
@@ -62,46 +67,57 @@ class CanDriver(BaseDriver):
             words.append(f"balancer {decoder.status}")
         words += [f"{reason} {count}" for reason, count in decoder.counts.items() if count]
         if decoder.lost_frames:
-            words.append(f"frames lost {decoder.lost_frames}")
+            unread = f" ({decoder.lost_unread} while nothing read the bus)" if decoder.lost_unread else ""
+            words.append(f"frames lost {decoder.lost_frames}{unread}")
         return ", ".join(words)
 
     def _connect(self) -> None:
-        self._bus = self._open_with(self.address)
+        self._frames = self._open_with(self.address)
 
     def _disconnect(self) -> None:
-        bus, self._bus = self._bus, None
+        frames, self._frames = self._frames, None
         self._count(missed=len(self._waiting))
         self._waiting.clear()
-        if bus is not None:
-            bus.shutdown()
+        if frames is not None:
+            frames.close()
 
     def _next(self) -> Reading | None:
         """Raises `BusUnavailable` where the bus is lost."""
-        waiting, decoder = self._waiting, self.decoder
+        waiting = self._waiting
         while not waiting:
-            bus = self._bus
-            if self._closed.is_set() or bus is None:
+            if self._unmarked:
+                self._mark()
+            source = self._frames
+            if self._closed.is_set() or source is None:
                 return None
             try:
-                message = bus.recv(POLL_S)
+                frames = source.take(POLL_S)
             except Exception:
                 if self._closed.is_set():
                     return None  # closed under the wait, by another thread
                 with bus_errors(self.address):
                     raise
-            if message is None:
-                continue
-            is_data = not (message.is_error_frame or message.is_remote_frame or message.is_fd)
-            now = self._monotonic()
-            found = decoder.feed(message.arbitration_id, message.is_extended_id, message.data, now, is_data=is_data)
-            if found:
-                self._keep(found)
-            elif decoder.refused != self._refused:
-                self._count(refused=decoder.refused - self._refused)
-        return waiting.popleft()
+            self._read(frames)
+        try:
+            return waiting.popleft()
+        except IndexError:
+            return None  # closed meanwhile, by another thread
 
-    def _keep(self, found: list[Vector | Masses]) -> None:
-        moment = self._time.now()
+    def _read(self, frames: Sequence[Frame]) -> None:
+        decoder = self.decoder
+        feed = decoder.feed
+        self._time.look()
+        for stamp, identifier, extended, data, is_data in frames:
+            at = self._monotonic() if stamp is None else stamp
+            found = feed(identifier, extended, data, at, is_data=is_data)
+            if found:
+                self._keep(found, at)
+        if frames:
+            self._unmarked = self._on_mark is not None
+            self._count(refused=decoder.refused - self._refused)
+
+    def _keep(self, found: list[Vector | Masses], at: float) -> None:
+        moment = self._time.at(at)
         for one in found:
             if isinstance(one, Masses):
                 self._answers += 1
@@ -114,21 +130,46 @@ class CanDriver(BaseDriver):
             self._sequence += 1
             self._waiting.append(reading_of(one, self.source, self._sequence, moment))
 
+    # ------------------------------------------------------------ what a later driver has to know
+    def _mark(self) -> None:
+        self._unmarked = False
+        now, passed = self._clock.now(), self._monotonic()
+        counters = tuple(
+            Counter(name, one.count, now - timedelta(seconds=passed - one.at), one.period_s)
+            for name, one in self.decoder.counters().items()
+        )
+        if self._on_mark is not None:
+            self._on_mark(Mark(self.source, counters))
+
+    def _resume(self, counters: Sequence[Counter]) -> None:
+        now, passed = self._clock.now(), self._monotonic()
+        self.decoder.resume(
+            {
+                # A clock that was set back meanwhile cannot make a time to come of it.
+                one.name: Counted(one.count, passed - max((now - one.at).total_seconds(), 0.0), one.period_s)
+                for one in counters
+            }
+        )
+
 
 class SteadyTime:
-    """Times that never go back: the clock's where it is ahead, else the last one and what has really passed since."""
+    """Moments of the monotonic clock as times that never go back.
+
+    The clock's where it is ahead, else the last one and what has really passed since.
+    """
 
     def __init__(self, clock: Clock, monotonic: Callable[[], float]) -> None:
         self._clock, self._monotonic = clock, monotonic
-        self._last: tuple[datetime, float] | None = None
+        self._zero = datetime.min.replace(tzinfo=UTC)
+        """Time at which the monotonic clock was 0; it only moves on."""
 
-    def now(self) -> datetime:
-        """Present time, aware, UTC, not before the one of the last call."""
-        moment, passed = self._clock.now(), self._monotonic()
-        if self._last is not None:
-            moment = max(moment, self._last[0] + timedelta(seconds=max(passed - self._last[1], 0.0)))
-        self._last = (moment, passed)
-        return moment
+    def look(self) -> None:
+        """Look at the clock."""
+        self._zero = max(self._zero, self._clock.now() - timedelta(seconds=self._monotonic()))
+
+    def at(self, monotonic_s: float) -> datetime:
+        """Time, aware, UTC, of a moment; not before that of an earlier moment."""
+        return self._zero + timedelta(seconds=monotonic_s)
 
 
 def reading_of(vector: Vector, source: str, sequence: int, moment: datetime) -> Reading:

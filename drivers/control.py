@@ -17,11 +17,11 @@ import threading
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from socketserver import TCPServer
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from drivers.commands import COMMANDS, state_of
 from drivers.errors import DriverError, InvalidSetting, PortUnavailable
+from drivers.opened import Opened
 from drivers.simulated import SimulatedDrum
 
 MOST_BYTES = 256 * 1024
@@ -31,7 +31,7 @@ IDLE_SECONDS = 10.0
 """A client that says nothing for so long is cut off."""
 
 
-class ControlPort:
+class ControlPort(Opened):
     """The port, open within a with block or between `open` and `close`. port 0 takes a free one; see `url`."""
 
     def __init__(self, drum: SimulatedDrum, host: str = "127.0.0.1", port: int = 0) -> None:
@@ -70,15 +70,6 @@ class ControlPort:
             server.shutdown()
             thread.join()
             server.server_close()
-
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 class _Refused(Exception):

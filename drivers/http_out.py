@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 import httpx2
 
 from drivers.checks import require
 from drivers.errors import DeliveryFailed, DeliveryRefused
+from drivers.opened import Closed
 from drivers.reading import Reading
 from drivers.wire import readings_to_json
 
@@ -32,7 +32,7 @@ class Outlet(Protocol):
         ...
 
 
-class HttpOut:
+class HttpOut(Closed):
     """Posts readings to `{base_url}/api/v1/readings`, at most batch_size in one request.
 
     Nothing is kept: after `DeliveryFailed` the caller posts the same readings again, which is safe, since the service
@@ -74,14 +74,6 @@ class HttpOut:
     def close(self) -> None:
         """Close the connection; harmless when closed."""
         self._client.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _post_batch(self, batch: Sequence[Reading]) -> None:
         what = f"{len(batch)} readings, sequences {batch[0].sequence} to {batch[-1].sequence},"

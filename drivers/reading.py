@@ -62,3 +62,24 @@ class Answer:
 
 Entry = Reading | Answer
 """What a source has to say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Counter:
+    """A counter of a source's frames: its name, the last count, when that came, and the seconds from one to the next.
+
+    period_s: None where too few came to tell.
+    """
+
+    name: str
+    count: int
+    at: datetime
+    period_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """How far the counters of a source were when all it said before was read."""
+
+    source: str
+    counters: tuple[Counter, ...]

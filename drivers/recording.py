@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 from drivers.can_log import OnError
 from drivers.errors import LogError
+from drivers.opened import Closed
 from drivers.reading import Reading
 from drivers.reading_rules import reading_from_dict
 from drivers.wire import reading_to_json
@@ -17,7 +16,7 @@ from drivers.wire import reading_to_json
 LONGEST_LINE = 100_000
 
 
-class Recorder:
+class Recorder(Closed):
     """Writes a recording; each reading is in the file when `write` returns. An existing file is never overwritten."""
 
     def __init__(self, path: Path) -> None:
@@ -41,14 +40,6 @@ class Recorder:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def read_recording(path: Path, on_error: OnError | None = None) -> Iterator[Reading]:

@@ -2,29 +2,35 @@
 
 One file, one bridge. What was put once is never put again, nor is what was acknowledged and came again meanwhile:
 the highest number of each source is kept. The oldest is kept: when the spool is full, new readings are refused.
+How far the counters of the source's frames were is kept with them, so that a later bridge can tell what it missed.
 """
 
 from __future__ import annotations
 
+import json
 import sqlite3
 import threading
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import Generic, Protocol, Self, TypeVar
+from typing import NamedTuple
 
 from drivers.checks import require
 from drivers.errors import SpoolFull, SpoolUnusable
-from drivers.reading import Answer, Entry
-from drivers.wire import answer_to_json, reading_to_json
+from drivers.opened import Opened
+from drivers.reading import Answer, Counter, Entry, Mark
+from drivers.reading_rules import reading_from_dict
+from drivers.wire import answer_from_json, answer_to_json, reading_to_json
 
 PAGE_BYTES = 4096
 LEAST_BYTES = 32 * PAGE_BYTES
 FORMAT = 1
 READING, ANSWER = 0, 1
+MOST_HELD = 20_000
+"""Entries that are held in memory besides, so that what is sent soon need not be read back."""
 
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS kept (
@@ -38,56 +44,42 @@ CREATE TABLE IF NOT EXISTS aside (
 CREATE TABLE IF NOT EXISTS highest (
     kind INTEGER NOT NULL, source TEXT NOT NULL, sequence INTEGER NOT NULL, PRIMARY KEY (kind, source)
 ) WITHOUT ROWID;
+CREATE TABLE IF NOT EXISTS counter (
+    source TEXT NOT NULL, name TEXT NOT NULL, count INTEGER NOT NULL, at REAL NOT NULL, period_s REAL,
+    PRIMARY KEY (source, name)
+) WITHOUT ROWID;
 """
 
-Item = TypeVar("Item")
 
-
-@dataclass(frozen=True, slots=True)
-class Spooled:
-    """One entry of the spool: its place, whether it is an answer, and its JSON."""
+class Spooled(NamedTuple):
+    """One entry of the spool: its place, whether it is an answer, its JSON, and itself where it is still at hand."""
 
     id: int
     kind: int
     source: str
     sequence: int
     body: str
+    held: Entry | None = None
+
+    def entry(self) -> Entry:
+        """The reading or answer itself."""
+        if self.held is not None:
+            return self.held
+        return answer_from_json(self.body) if self.kind == ANSWER else reading_from_dict(json.loads(self.body))
 
 
-class Keeper(Protocol, Generic[Item]):
-    """Where readings wait: on disk beside the drum, in memory beside the database."""
-
-    def put(self, entries: Sequence[Entry]) -> int:
-        """Keep entries, all or none, those kept before only once; returns how many were new. Raises `SpoolFull`."""
-        ...
-
-    def first(self, most: int) -> Sequence[Item]:
-        """The oldest that wait."""
-        ...
-
-    def done(self, items: Sequence[Item]) -> None:
-        """Forget what was acknowledged; items: as `first` gave them."""
-        ...
-
-    def set_aside(self, item: Item, reason: str) -> None:
-        """Take out of the way what the service will never take."""
-        ...
-
-    def waiting(self) -> int:
-        """How many wait."""
-        ...
-
-
-class Spool:
+class Spool(Opened):
     """The spool in an SQLite file; open within a with block or between `open` and `close`. Safe between threads."""
 
-    def __init__(self, path: Path, *, max_bytes: int = 256 * 1024 * 1024) -> None:
+    def __init__(self, path: Path, *, max_bytes: int = 256 * 1024 * 1024, most_held: int = MOST_HELD) -> None:
         require(max_bytes >= LEAST_BYTES, f"max_bytes {max_bytes} of the spool", f"be {LEAST_BYTES} or more")
         self.path = path
-        self._max_bytes = max_bytes
+        self._max_bytes, self._most_held = max_bytes, most_held
         self._lock = threading.RLock()
         self._db: sqlite3.Connection | None = None
-        self._waiting = 0
+        self._waiting = self._last_id = 0
+        self._held: deque[Spooled] | None = None
+        """All that waits, in order; None where more waits than is held."""
 
     def open(self) -> None:
         """Open or create the file. Raises `SpoolUnusable`."""
@@ -109,6 +101,8 @@ class Spool:
                 )
             self._db.executescript(f"BEGIN EXCLUSIVE; {_SCHEMA} PRAGMA user_version={FORMAT}; COMMIT;")
             (self._waiting,) = self._db.execute("SELECT count(*) FROM kept").fetchone()
+            self._held = None if self._waiting else deque()
+            self._last_id = self._newest_id()
         except (sqlite3.Error, OSError) as error:
             self.close()
             if isinstance(error, SpoolUnusable):
@@ -124,18 +118,9 @@ class Spool:
             if database is not None:
                 database.close()
 
-    def __enter__(self) -> Self:
-        self.open()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     # ------------------------------------------------------------ in
-    def put(self, entries: Sequence[Entry]) -> int:
-        """Keep entries, all or none, on disk when this returns; returns how many were new.
+    def put(self, entries: Sequence[Entry | Mark]) -> int:
+        """Keep entries, all or none, on disk when this returns; returns how many were new. Of marks the last is kept.
 
         Numbers of a source increase: what is not above its highest was kept before. Raises `SpoolFull`.
         """
@@ -147,51 +132,74 @@ class Spool:
                 self._checkpoint()
             return self._put(entries)
 
-    def _put(self, entries: Sequence[Entry]) -> int:
-        with self._lock, _Transaction(self._connection, self.path) as db:
-            highest = {(kind, source): top for kind, source, top in db.execute("SELECT * FROM highest")}
-            fresh = []
-            for entry in entries:
-                kind = ANSWER if isinstance(entry, Answer) else READING
-                if entry.sequence > highest.get((kind, entry.source), -1):
-                    highest[kind, entry.source] = entry.sequence
-                    body = answer_to_json(entry) if isinstance(entry, Answer) else reading_to_json(entry)
-                    fresh.append((kind, entry.source, entry.sequence, body))
-            if fresh:
-                db.executemany("INSERT INTO kept (kind, source, sequence, body) VALUES (?, ?, ?, ?)", fresh)
-                tops = [(kind, source, top) for (kind, source), top in highest.items()]
-                db.executemany("INSERT OR REPLACE INTO highest VALUES (?, ?, ?)", tops)
-        self._waiting += len(fresh)
+    def _put(self, entries: Sequence[Entry | Mark]) -> int:
+        with self._lock:
+            last, marks = self._last_id, {}
+            with _Transaction(self._connection, self.path) as db:
+                highest = {(kind, source): top for kind, source, top in db.execute("SELECT * FROM highest")}
+                fresh = []
+                for entry in entries:
+                    if isinstance(entry, Mark):
+                        marks[entry.source] = entry
+                        continue
+                    kind = ANSWER if isinstance(entry, Answer) else READING
+                    if entry.sequence > highest.get((kind, entry.source), -1):
+                        highest[kind, entry.source] = entry.sequence
+                        body = answer_to_json(entry) if isinstance(entry, Answer) else reading_to_json(entry)
+                        last += 1
+                        fresh.append(Spooled(last, kind, entry.source, entry.sequence, body, entry))
+                if fresh:
+                    db.executemany("INSERT INTO kept VALUES (?, ?, ?, ?, ?)", [one[:-1] for one in fresh])
+                    tops = [(kind, source, top) for (kind, source), top in highest.items()]
+                    db.executemany("INSERT OR REPLACE INTO highest VALUES (?, ?, ?)", tops)
+                for mark in marks.values():
+                    counters = [(mark.source, c.name, c.count, c.at.timestamp(), c.period_s) for c in mark.counters]
+                    db.executemany("INSERT OR REPLACE INTO counter VALUES (?, ?, ?, ?, ?)", counters)
+            self._last_id = last
+            self._waiting += len(fresh)
+            if self._held is not None:
+                self._held.extend(fresh)
+                if len(self._held) > self._most_held:
+                    self._held = None
         return len(fresh)
 
     # ------------------------------------------------------------ out
     def first(self, most: int) -> Sequence[Spooled]:
         """The oldest that wait, in the order they came."""
         query = "SELECT id, kind, source, sequence, body FROM kept ORDER BY id LIMIT ?"
-        with self._lock, _Transaction(self._connection, self.path) as db:
-            return [Spooled(*row) for row in db.execute(query, (most,))]
+        with self._lock:
+            database = self._connection
+            if self._held is not None:
+                return list(islice(self._held, most))
+            with _Transaction(database, self.path) as db:
+                return [Spooled(*row) for row in db.execute(query, (most,))]
 
     def done(self, items: Sequence[Spooled]) -> None:
         """Forget the oldest, up to the last of `items`. Raises `SpoolFull` where the disk cannot even take that."""
         if items:
-            with self._lock, _Transaction(self._connection, self.path) as db:
-                gone = db.execute("DELETE FROM kept WHERE id BETWEEN ? AND ?", (items[0].id, items[-1].id)).rowcount
-            self._waiting -= gone
+            with self._lock:
+                with _Transaction(self._connection, self.path) as db:
+                    between = (items[0].id, items[-1].id)
+                    gone = db.execute("DELETE FROM kept WHERE id BETWEEN ? AND ?", between).rowcount
+                self._forget(gone, items[0].id, items[-1].id)
 
     def set_aside(self, item: Spooled, reason: str) -> None:
         """Keep an entry apart, with what the service said to it: it is not sent again."""
-        with self._lock, _Transaction(self._connection, self.path) as db:
-            row = (item.id, item.kind, item.source, item.sequence, item.body, reason)
-            db.execute("INSERT OR REPLACE INTO aside VALUES (?, ?, ?, ?, ?, ?)", row)
-            gone = db.execute("DELETE FROM kept WHERE id = ?", (item.id,)).rowcount
-        self._waiting -= gone
+        with self._lock:
+            with _Transaction(self._connection, self.path) as db:
+                row = (item.id, item.kind, item.source, item.sequence, item.body, reason)
+                db.execute("INSERT OR REPLACE INTO aside VALUES (?, ?, ?, ?, ?, ?)", row)
+                gone = db.execute("DELETE FROM kept WHERE id = ?", (item.id,)).rowcount
+            self._forget(gone, item.id, item.id)
 
     def send_again(self) -> int:
         """Put what was set aside back in its place; returns how many."""
-        with self._lock, _Transaction(self._connection, self.path) as db:
-            db.execute("INSERT INTO kept SELECT id, kind, source, sequence, body FROM aside")
-            back = db.execute("DELETE FROM aside").rowcount
-        self._waiting += back
+        with self._lock:
+            with _Transaction(self._connection, self.path) as db:
+                db.execute("INSERT INTO kept SELECT id, kind, source, sequence, body FROM aside")
+                back = int(db.execute("DELETE FROM aside").rowcount)
+            self._waiting += back
+            self._held = self._held if not back else None
         return back
 
     def waiting(self) -> int:
@@ -209,6 +217,28 @@ class Spool:
             (top,) = db.execute("SELECT max(sequence) FROM highest WHERE source = ?", (source,)).fetchone()
         return -1 if top is None else int(top)
 
+    def counters(self, source: str) -> tuple[Counter, ...]:
+        """How far the counters of a source's frames were with the last that was kept."""
+        query = "SELECT name, count, at, period_s FROM counter WHERE source = ?"
+        with self._lock, _Transaction(self._connection, self.path) as db:
+            rows = db.execute(query, (source,)).fetchall()
+        return tuple(Counter(name, count, datetime.fromtimestamp(at, UTC), period) for name, count, at, period in rows)
+
+    def _forget(self, gone: int, first: int, last: int) -> None:
+        """Take so many, from id `first` to `last`, out of what is held."""
+        self._waiting -= gone
+        if not self._waiting:
+            self._held = deque()
+        elif self._held is not None and self._held[0].id == first:
+            while self._held and self._held[0].id <= last:
+                self._held.popleft()
+        elif self._held is not None:
+            self._held = deque(one for one in self._held if not first <= one.id <= last)
+
+    def _newest_id(self) -> int:
+        (newest,) = self._connection.execute("SELECT max(seq) FROM sqlite_sequence WHERE name = 'kept'").fetchone()
+        return int(newest or 0)
+
     @property
     def _connection(self) -> sqlite3.Connection:
         if self._db is None:
@@ -220,43 +250,6 @@ class Spool:
             self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         except sqlite3.Error:
             return  # the put that follows says what is wrong
-
-
-class MemorySpool:
-    """A spool that ends with the process: for a listener beside the database, which keeps things itself."""
-
-    def __init__(self, most: int = 200_000) -> None:
-        self._most = most
-        self._lock = threading.Lock()
-        self._entries: deque[Entry] = deque()
-
-    def put(self, entries: Sequence[Entry]) -> int:
-        """Keep entries, all or none. Raises `SpoolFull`."""
-        with self._lock:
-            if len(self._entries) + len(entries) > self._most:
-                raise SpoolFull(f"{len(self._entries)} readings wait in memory, {self._most} are the most")
-            self._entries.extend(entries)
-        return len(entries)
-
-    def first(self, most: int) -> Sequence[Entry]:
-        """The oldest that wait."""
-        with self._lock:
-            return list(islice(self._entries, most))
-
-    def done(self, items: Sequence[Entry]) -> None:
-        """Forget the oldest, as many as `items`."""
-        with self._lock:
-            for _ in items:
-                self._entries.popleft()
-
-    def set_aside(self, item: Entry, reason: str) -> None:  # noqa: ARG002
-        """Forget the one; the bridge has told why."""
-        with self._lock:
-            self._entries.remove(item)
-
-    def waiting(self) -> int:
-        """How many wait."""
-        return len(self._entries)
 
 
 class _Transaction:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from datetime import UTC
+from datetime import UTC, datetime
 from functools import lru_cache
 
 from drivers.errors import BrokenSource
@@ -86,6 +86,13 @@ def answer_to_json(answer: Answer) -> str:
         return _encode(body)
     except ValueError as error:
         raise _not_finite(answer.source, answer.sequence, answer.sequence) from error
+
+
+def answer_from_json(body: str) -> Answer:
+    """An answer as `answer_to_json` wrote it."""
+    found = json.loads(body)
+    masses = tuple((one["plane"], one["mass_g"], one["angle_deg"]) for one in found["masses"])
+    return Answer(found["source"], found["sequence"], datetime.fromisoformat(found["taken_at"]), masses)
 
 
 def _not_finite(source: str, first: int, last: int) -> BrokenSource:

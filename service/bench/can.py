@@ -31,12 +31,13 @@ from db.documents.machine import Machine
 from drivers.bridge import Bridge, HttpSender, Sender
 from drivers.can_bus import BusAddress
 from drivers.can_driver import CanDriver
+from drivers.can_frames import FramesHere
 from drivers.can_sender import FrameEncoder
 from drivers.can_toml import standard_mapping
 from drivers.clock import SystemClock
 from drivers.http_out import HttpOut
 from drivers.reading import Reading
-from drivers.spool import Keeper, MemorySpool, Spool
+from drivers.spool import Spool
 from service import bootstrap
 from service.bench.timing import show
 from service.settings import Settings
@@ -142,7 +143,8 @@ def into_database(prepared: list[can.Message], count: int, rate: int | None) -> 
         machine = machines.create(work, read_json(Machine, json.dumps(MACHINE)))
         readings.bind(work, "can", machine.id)
         try:
-            return _run(prepared, count, rate, database, MemorySpool(most=2 * count + 1000), IntoDatabase(work))
+            with Spool(Path(folder) / "spool.db") as spool:
+                return _run(prepared, count, rate, database, spool, IntoDatabase(work))
         finally:
             work.database.close()
 
@@ -157,11 +159,13 @@ def over_http(prepared: list[can.Message], count: int, rate: int | None) -> Meas
 
 
 def _run(
-    prepared: list[can.Message], count: int, rate: int | None, database: Path, spool: Keeper[Any], sender: Sender[Any]
+    prepared: list[can.Message], count: int, rate: int | None, database: Path, spool: Spool, sender: Sender
 ) -> Measured:
     """Bridge so many frames, and stop the clock when the last is acknowledged."""
     bus, stop, cpu = PreparedBus(prepared, count, rate), threading.Event(), time.process_time()
-    driver = CanDriver(BusAddress("prepared"), MAPPING, clock=SystemClock(), source="can", open_with=lambda _: bus)
+    driver = CanDriver(
+        BusAddress("prepared"), MAPPING, clock=SystemClock(), source="can", open_with=lambda _: FramesHere(bus)
+    )
     bridge = Bridge(
         driver,
         spool,

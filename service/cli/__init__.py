@@ -95,16 +95,20 @@ def serve(
             help="Addresses or networks of proxies whose X-Forwarded-For and -Proto are believed, commas between.",
         ),
     ] = None,
+    spool: canbus.SpoolFile = None,
+    max_spool_mb: canbus.SpoolSize = 256,
 ) -> None:
     """Serve the API; an empty or older SQLite file is migrated first. With --can, read a balancer's bus as well."""
     from service.cli.serving import serve_until_stopped
 
-    bus = None
+    ear = None
     if can:
         from service.cli.bridging import bus_choice
+        from service.cli.listening import Ear
 
         bus = bus_choice(can, mapping, sensors, planes, j1939=j1939)
-    serve_until_stopped(host, port, database_url, bus, source, trust_proxy)
+        ear = Ear(bus, source, spool, max_spool_mb * 1024 * 1024)
+    serve_until_stopped(host, port, database_url, ear, trust_proxy)
 
 
 @app.command()
@@ -169,8 +173,8 @@ def bridge(
     replay: Annotated[Path | None, typer.Option(help="Read a recording instead, at once and to its end.")] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**53 - 1, help="Which simulated drum.")] = 1,
     interval: Annotated[float, typer.Option(min=0.0001, help="Seconds between its readings.")] = 1.0,
-    spool: Annotated[Path | None, typer.Option(dir_okay=False, help="File that keeps what waits.")] = None,
-    max_spool_mb: Annotated[int, typer.Option(min=1, help="Most megabytes of it; the oldest readings are kept.")] = 256,
+    spool: canbus.SpoolFile = None,
+    max_spool_mb: canbus.SpoolSize = 256,
     status: Annotated[float, typer.Option(min=0.1, help="Seconds between status lines.")] = 10.0,
     send_again: Annotated[bool, typer.Option("--send-again", help="First send what was set aside before.")] = False,
     token: TokenText = None,

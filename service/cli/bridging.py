@@ -16,7 +16,6 @@ from drivers.can_mapping import CanMapping
 from drivers.clock import SystemClock
 from drivers.http_out import HttpOut
 from drivers.protocol import Driver
-from drivers.reading import Answer
 from drivers.replay import ReplayDriver
 from drivers.simulated import SimulatedDrum, threshing_drum_example
 from drivers.spool import Spool
@@ -61,7 +60,7 @@ def bridge_until_stopped(
     read_closely()
     stop, clock = threading.Event(), SystemClock()
     on_stop(stop.set)
-    path = spool or DEFAULT_SPOOL / f"{''.join(c if c.isalnum() or c in '-_.' else '_' for c in source)}.db"
+    path = spool or spool_of(source)
     with Spool(path, max_bytes=max_bytes) as kept:
         if send_again:
             tell(f"{kept.send_again()} readings that were set aside are sent again")
@@ -69,9 +68,9 @@ def bridge_until_stopped(
         first = max(highest + 1, first_sequence())
         driver: Driver
         describe: Callable[[], str] = str
-        answers: list[Callable[[Answer], None]] = []
+        bridges: list[Bridge] = []
         if bus is not None:
-            driver = can = can_driver(bus, source, first, answers)
+            driver = can = can_driver(bus, source, first, kept, bridges)
             describe = can.bus_state
         elif replay is not None:
             driver = ReplayDriver(replay, clock=clock, source=source, after=highest)
@@ -92,22 +91,32 @@ def bridge_until_stopped(
             status_s=status_s,
             describe=describe,
         )
-        answers.append(bridge.offer)
+        bridges.append(bridge)
         tell(f"bridge: {bus.address if bus else replay or 'simulated drum'} as {source!r} -> {path} -> {url}")
         if kept.waiting():
             tell(f"{kept.waiting()} readings wait from before")
         bridge.run()
 
 
-def can_driver(bus: BusChoice, source: str, first: int, answers: list[Callable[[Answer], None]]) -> CanDriver:
-    """Build the driver of a bus; answers: holds, once the driver runs, who takes the balancer's own corrections."""
+def spool_of(source: str, folder: Path = DEFAULT_SPOOL) -> Path:
+    """Where the readings of a source wait, unless another file is named."""
+    return folder / f"{''.join(c if c.isalnum() or c in '-_.' else '_' for c in source)}.db"
+
+
+def can_driver(bus: BusChoice, source: str, first: int, spool: Spool, bridges: list[Bridge]) -> CanDriver:
+    """Build the driver of a bus that goes on from what the spool knows of its counters.
+
+    bridges: holds, once the driver runs, the bridge that takes the balancer's own corrections and the marks.
+    """
     return CanDriver(
         bus.address,
         bus.mapping,
         clock=SystemClock(),
         source=source,
         sequence_start=first,
-        on_answer=lambda answer: answers[0](answer),
+        on_answer=lambda answer: bridges[0].offer(answer),
+        on_mark=lambda mark: bridges[0].mark(mark),
+        counters=spool.counters(source),
     )
 
 

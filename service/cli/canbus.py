@@ -24,6 +24,10 @@ MappingFile = Annotated[
 ]
 Sensors = Annotated[str, typer.Option(help="Sensors of the machine behind Sensor1, 2 ... of our own DBC.")]
 Planes = Annotated[str, typer.Option(help="Planes of the machine behind Correction1, 2 ... of our own DBC.")]
+SpoolFile = Annotated[
+    Path | None, typer.Option("--spool", dir_okay=False, help="File that keeps what was read and not stored yet.")
+]
+SpoolSize = Annotated[int, typer.Option(min=1, help="Most megabytes of it; the oldest readings are kept.")]
 J1939 = Annotated[bool, typer.Option("--j1939", help="Our own DBC's messages with 29-bit identifiers.")]
 
 

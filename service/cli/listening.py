@@ -4,49 +4,74 @@ from __future__ import annotations
 
 import random
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
 
 from drivers.bridge import Bridge
 from drivers.clock import SystemClock
-from drivers.reading import Answer, Entry
-from drivers.spool import MemorySpool
-from service.cli.bridging import BusChoice, can_driver, first_sequence, read_closely, tell
+from drivers.spool import Spool
+from service.cli.bridging import BusChoice, can_driver, first_sequence, read_closely, spool_of, tell
 from service.usecases import readings
 from service.usecases.delivery import IntoDatabase
 from service.usecases.work import Work
 
 
+@dataclass(frozen=True)
+class Ear:
+    """A bus to listen to, the source it is stored as, and where its readings wait; None: beside an SQLite database."""
+
+    bus: BusChoice
+    source: str
+    spool: Path | None = None
+    max_bytes: int = 256 * 1024 * 1024
+
+
 @contextmanager
-def listening(work: Work, bus: BusChoice, source: str, status_s: float = 60.0) -> Iterator[None]:
-    """Read a bus into the database for the length of a block. Raises what opening the bus raises."""
+def listening(work: Work, ear: Ear, status_s: float = 60.0) -> Iterator[None]:
+    """Read a bus into the database for the length of a block. Raises what opening bus and spool raises."""
     read_closely()
-    stop = threading.Event()
-    answers: list[Callable[[Answer], None]] = []
-    driver = can_driver(bus, source, max(readings.highest_sequence(work, source) + 1, first_sequence()), answers)
-    bridge = Bridge(
-        driver,
-        MemorySpool(),
-        IntoDatabase(work),
-        stop=stop,
-        clock=SystemClock(),
-        rng=random.Random(),  # noqa: S311
-        report=tell,
-        status_s=status_s,
-        describe=driver.bus_state,
-    )
-    answers.append(bridge.offer)
-    tell(f"listening on {bus.address} as {source!r}")
-    thread = threading.Thread(target=_run, args=(bridge,), name="listener", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        stop.set()
-        thread.join()
+    stop, source = threading.Event(), ear.source
+    bridges: list[Bridge] = []
+    with Spool(ear.spool or _beside(work, source), max_bytes=ear.max_bytes) as spool:
+        highest = max(readings.highest_sequence(work, source), spool.highest(source))
+        driver = can_driver(ear.bus, source, max(highest + 1, first_sequence()), spool, bridges)
+        bridge = Bridge(
+            driver,
+            spool,
+            IntoDatabase(work),
+            stop=stop,
+            clock=SystemClock(),
+            rng=random.Random(),  # noqa: S311
+            report=tell,
+            status_s=status_s,
+            describe=driver.bus_state,
+        )
+        bridges.append(bridge)
+        driver.open()
+        tell(f"listening on {ear.bus.address} as {source!r} -> {spool.path}")
+        if spool.waiting():
+            tell(f"{spool.waiting()} readings wait from before")
+        thread = threading.Thread(target=_run, args=(bridge,), name="listener", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            stop.set()
+            thread.join()
 
 
-def _run(bridge: Bridge[Entry]) -> None:
+def _beside(work: Work, source: str) -> Path:
+    """A spool goes where its database goes; that of a server, where a bridge's goes."""
+    url = work.database.url
+    if not work.database.embedded or not url.database:
+        return spool_of(f"serve-{source}")
+    file = Path(url.database)
+    return spool_of(f"{file.stem}.{source}.spool", file.parent)
+
+
+def _run(bridge: Bridge) -> None:
     try:
         bridge.run()
     except Exception as error:

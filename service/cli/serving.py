@@ -21,7 +21,7 @@ from service.usecases import tokens
 from service.usecases.work import Work
 
 if TYPE_CHECKING:
-    from service.cli.bridging import BusChoice
+    from service.cli.listening import Ear
 
 GRACE_S = 3
 """How long a stop waits for requests under way."""
@@ -31,8 +31,7 @@ def serve_until_stopped(
     host: str,
     port: int,
     database_url: str | None,
-    bus: BusChoice | None = None,
-    source: str = "can",
+    ear: Ear | None = None,
     trusted_proxies: str | None = None,
 ) -> None:
     """Listen until SIGINT or SIGTERM, on a CAN bus too if one is named.
@@ -50,12 +49,12 @@ def serve_until_stopped(
         settings = replace(settings, loopback=is_loopback(address[0]))
         _require_tokens(work, settings, address[0])
         print(f"Drumtrue on http://{address[0]}:{address[1]} (API document: /docs), sessions in {settings.shown}")
-        if bus is None:
+        if ear is None:
             _server(settings, "info", work).run(sockets=[listener])
             return
         from service.cli.listening import listening
 
-        with listening(work, bus, source):
+        with listening(work, ear):
             _server(settings, "info", work).run(sockets=[listener])
 
 

@@ -8,7 +8,8 @@ from sqlalchemy.exc import OperationalError
 
 from db.documents.run import BalancerAnswer, MassOnRotor
 from drivers.errors import DeliveryFailed, DeliveryRefused
-from drivers.reading import Answer, Entry, Reading
+from drivers.reading import Answer, Reading
+from drivers.spool import Spooled
 from service.errors import DrumtrueError
 from service.usecases import readings
 from service.usecases.work import Work
@@ -20,15 +21,16 @@ class IntoDatabase:
     def __init__(self, work: Work) -> None:
         self._work = work
 
-    def send(self, items: Sequence[Entry]) -> None:
+    def send(self, items: Sequence[Spooled]) -> None:
         """Store items; raises a `DeliveryError` as the way over HTTP does."""
-        values = [item for item in items if isinstance(item, Reading)]
+        entries = [item.entry() for item in items]
+        values = [entry for entry in entries if isinstance(entry, Reading)]
         try:
             if values:
                 readings.ingest(self._work, values)
-            for item in items:
-                if isinstance(item, Answer):
-                    readings.ingest_answer(self._work, _answer(item))
+            for entry in entries:
+                if isinstance(entry, Answer):
+                    readings.ingest_answer(self._work, _answer(entry))
         except DrumtrueError as error:
             if error.status >= 500:
                 raise DeliveryFailed(error.message) from error

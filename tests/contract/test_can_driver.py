@@ -10,6 +10,7 @@ import pytest
 
 from drivers.can_bus import BusAddress, open_bus
 from drivers.can_driver import CanDriver
+from drivers.can_frames import Frames, FramesHere
 from drivers.can_sender import CanOut
 from drivers.can_toml import standard_mapping
 from drivers.clock import ManualClock
@@ -40,11 +41,11 @@ class CanContract(DriverContract):
             BusAddress("virtual", self.channel), self.mapping, clock=ManualClock(), open_with=self.open_and_send
         )
 
-    def open_and_send(self, address: BusAddress) -> can.BusABC:
+    def open_and_send(self, address: BusAddress) -> Frames:
         bus = open_bus(address)
         with self.drum:
             self.out.post(self.drum.measure(SOME))
-        return bus
+        return FramesHere(bus)
 
 
 class TestCanDriver(CanContract):

@@ -12,14 +12,15 @@ from pathlib import Path
 import httpx2
 import pytest
 
+from drivers import reading
 from drivers.base import BaseDriver
 from drivers.bridge import Backoff, Bridge, HttpSender
-from drivers.clock import ManualClock, SystemClock
-from drivers.errors import BrokenSource, BusUnavailable, DeliveryFailed, DeliveryRefused, SpoolFull
+from drivers.clock import ManualClock
+from drivers.errors import BrokenSource, BusUnavailable, DeliveryFailed, DeliveryRefused
 from drivers.http_out import HttpOut
 from drivers.intake import Intake
-from drivers.reading import Answer, Reading
-from drivers.spool import MemorySpool, Spool, Spooled
+from drivers.reading import Answer, Mark, Reading
+from drivers.spool import Spool, Spooled
 from tests.drivers.frames import START, readings
 
 
@@ -72,7 +73,7 @@ class Service:
 
 def bridge(
     driver: BaseDriver, spool: Spool, service: Service, lines: list[str], *, live: bool = False, stop_at: str = "never"
-) -> Bridge[Spooled]:
+) -> Bridge:
     stop = threading.Event()
 
     def report(line: str) -> None:
@@ -174,7 +175,7 @@ def test_a_live_source_overflows_by_the_newest_and_every_one_is_counted() -> Non
     intake = Intake(live=True, stop=threading.Event(), most=100)
     for one in readings(130):
         intake.put(one)
-    assert [one.sequence for one in intake.take(1000, 0.0)] == list(range(1, 101))
+    assert intake.take(1000, 0.0) == readings(130)[:100]
     assert (intake.taken, intake.overflowed) == (100, 30)
 
 
@@ -221,30 +222,19 @@ def test_pauses_double_up_to_a_bound_with_jitter() -> None:
     assert backoff.next_s() <= 0.5
 
 
-def test_in_memory_beside_a_database() -> None:
-    class Into:
-        def __init__(self) -> None:
-            self.stored: list[Reading | Answer] = []
-
-        def send(self, items: Sequence[Reading | Answer]) -> None:
-            self.stored += items
-
-        def close(self) -> None: ...
-
-    into, some = Into(), readings(5000)
-    Bridge(
-        Listed(some),
-        MemorySpool(),
-        into,
-        stop=threading.Event(),
-        clock=SystemClock(),
-        rng=random.Random(1),
-        report=list[str]().append,
-    ).run()
-    assert into.stored == some
-
-
-def test_memory_that_is_full_makes_a_source_that_can_wait_wait() -> None:
-    spool = MemorySpool(most=10)
-    with pytest.raises(SpoolFull):
-        spool.put(readings(11))
+def test_what_comes_behind_a_mark_waits_for_its_own_so_that_both_are_kept_together() -> None:
+    intake, some = Intake(live=True, stop=threading.Event()), readings(6)
+    marks = [Mark("can", (reading.Counter("Sensor1", count, START, 0.01),)) for count in (2, 5)]
+    for one in some[:2]:
+        intake.put(one)
+    intake.mark(marks[0])
+    for one in some[2:4]:
+        intake.put(one)
+    assert intake.take(100, 0.0) == [*some[:2], marks[0]]
+    intake.put(some[4])
+    intake.mark(marks[1])
+    intake.put(some[5])
+    assert intake.take(100, 0.0) == [*some[2:5], marks[1]]
+    intake.end()
+    assert intake.take(100, 0.0) == [some[5]]
+    assert intake.taken == 6

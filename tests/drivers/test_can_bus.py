@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from typing import Any
 
 import can
@@ -9,6 +10,7 @@ import pytest
 
 from drivers.can_bus import BusAddress, open_bus, parse_bus
 from drivers.can_driver import CanDriver
+from drivers.can_frames import FramesHere
 from drivers.can_toml import standard_mapping
 from drivers.clock import ManualClock
 from drivers.errors import BusUnavailable, InvalidSetting
@@ -31,8 +33,8 @@ def test_addresses() -> None:
     [
         (OSError(97, "Address family not supported by protocol"), "kernel may have no CAN"),
         (can.CanInitializationError("no such device"), "no such device"),
-        (NotImplementedError("x"), "is unknown: use one of .*socketcan"),
-        (can.CanInterfaceNotImplementedError("x"), "is unknown"),
+        (NotImplementedError("x"), "cannot be used here .*install the package"),
+        (can.CanInterfaceNotImplementedError("no serial module"), "no serial module.*install the package"),
         (ImportError("No module named 'uptime'"), "needs a package"),
         (TypeError("unexpected keyword"), "check the channel and the options"),
     ],
@@ -50,7 +52,7 @@ def test_a_bus_that_cannot_be_had_is_told_in_words(
 
 
 def test_an_unknown_interface_is_told_by_the_real_library() -> None:
-    with pytest.raises(BusUnavailable, match="'carrier_pigeon' is unknown"):
+    with pytest.raises(BusUnavailable, match=r"'carrier_pigeon' is unknown: use one of .*socketcan"):
         open_bus(BusAddress("carrier_pigeon", "x"))
 
 
@@ -82,8 +84,33 @@ class LostBus(can.BusABC):
 
 def test_a_lost_bus_ends_the_iteration_with_words() -> None:
     driver = CanDriver(
-        BusAddress("socketcan", "can0"), standard_mapping(("P",)), clock=ManualClock(), open_with=lambda _: LostBus()
+        BusAddress("socketcan", "can0"),
+        standard_mapping(("P",)),
+        clock=ManualClock(),
+        open_with=lambda _: FramesHere(LostBus()),
     )
     with driver, pytest.raises(BusUnavailable, match=r"socketcan:can0 was lost .*Network is down"):
         next(iter(driver))
     assert driver.health().state == "closed"
+
+
+def test_socketcan_that_this_kernel_has_not_or_whose_interface_is_not_there_is_told_in_words() -> None:
+    with pytest.raises(BusUnavailable, match=r"socketcan:none0 cannot be opened .*kernel may have no CAN") as failed:
+        open_bus(BusAddress("socketcan", "none0"))
+    assert isinstance(failed.value.__cause__, OSError)
+
+
+def test_the_queue_in_the_kernel_is_made_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+
+    class SocketBus(LostBus):
+        def fileno(self) -> int:
+            return ours.fileno()
+
+    monkeypatch.setattr(can, "Bus", lambda **_: SocketBus())
+    before = ours.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+    open_bus(BusAddress("socketcan", "can0"))
+    assert ours.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) >= before
+    assert theirs.send(b"still open") == 10  # the bus keeps its socket
+    ours.close()
+    theirs.close()

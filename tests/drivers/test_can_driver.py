@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from datetime import timedelta
+from functools import partial
 from itertools import islice, pairwise
 
 import can
@@ -11,10 +12,11 @@ import pytest
 
 from drivers.can_bus import BusAddress
 from drivers.can_driver import CanDriver
+from drivers.can_frames import FramesHere
 from drivers.can_sender import CanOut, FrameEncoder
 from drivers.can_toml import standard_mapping
 from drivers.clock import ManualClock
-from drivers.reading import Answer, Reading
+from drivers.reading import Answer, Mark, Reading
 from tests.drivers.frames import START, readings, sensor_frames
 
 MAPPING = standard_mapping(("P", "Q"), ("1", "2"))
@@ -58,7 +60,7 @@ def driver_of(tape: Tape, clock: ManualClock, passing: Passing, answers: list[An
         monotonic=passing,
         sequence_start=1000,
         on_answer=None if answers is None else answers.append,
-        open_with=lambda _: tape,
+        open_with=lambda _: FramesHere(tape),
     )
     return tape.driver
 
@@ -127,3 +129,57 @@ def test_thousands_of_readings_over_the_virtual_bus_none_lost() -> None:
     out.close()
     assert [round(one.amplitude * 1000) for one in got] == list(range(1, 5001))
     assert (driver.health().missed, driver.health().refused) == (0, 0)
+
+
+def same(source: FramesHere, address: BusAddress) -> FramesHere:
+    return source
+
+
+def resumed(frames: list[can.Message], skipped: int, away_s: float, clock_error_s: float = 0.0) -> CanDriver:
+    """A driver that reads what is left of the frames after half and a gap, from the last mark of one that read half.
+
+    Frames come 10 ms apart; the gap lasts away_s.
+    """
+    half, marks = len(frames) // 2, list[Mark]()
+    clock, passing = ManualClock(START), Passing()
+
+    def pass_time() -> None:
+        passing.seconds += 0.01
+        clock.advance(0.01)
+
+    for part, counters in ((frames[:half], ()), (frames[half + skipped :], None)):
+        if counters is None:
+            passing.seconds = 0.0  # another process, perhaps another start of the machine
+            clock.advance(away_s - 0.01 + clock_error_s)
+        tape = Tape(part)
+        source = FramesHere(tape)
+        tape.after_each = pass_time
+        driver = CanDriver(
+            BusAddress("virtual", "tape"),
+            MAPPING,
+            clock=clock,
+            monotonic=passing,
+            on_mark=marks.append,
+            counters=marks[-1].counters if marks else (),
+            open_with=partial(same, source),
+        )
+        tape.driver = driver
+        read_all(driver)
+    return driver
+
+
+@pytest.mark.parametrize("skipped", [0, 1, 7, 255, 256, 700])
+def test_frames_lost_while_nothing_read_the_bus_are_counted_by_the_next_driver(skipped: int) -> None:
+    driver = resumed(sensor_frames(2000), skipped, 0.01 * (skipped + 1))
+    assert driver.decoder.lost_unread == driver.decoder.lost_frames == skipped
+    assert driver.health().missed == skipped
+    told = f"frames lost {skipped} ({skipped} while nothing read the bus)"
+    assert (told in driver.bus_state()) == (skipped > 0)
+
+
+def test_a_clock_set_back_meanwhile_leaves_what_the_counter_itself_tells() -> None:
+    assert resumed(sensor_frames(2000), 40, 0.41, clock_error_s=-3600.0).decoder.lost_unread == 40
+
+
+def test_after_a_long_time_nothing_is_said_of_frames_that_may_never_have_been_sent() -> None:
+    assert resumed(sensor_frames(2000), 40, 3600.0).decoder.lost_unread == 0

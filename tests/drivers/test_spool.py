@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from drivers.errors import InvalidSetting, SpoolFull, SpoolUnusable
-from drivers.reading import Answer
-from drivers.spool import ANSWER, READING, MemorySpool, Spool
+from drivers.reading import Answer, Counter, Entry, Mark
+from drivers.spool import ANSWER, READING, Spool
 from drivers.wire import reading_to_dict
 from tests.drivers.frames import START, readings
 
@@ -106,7 +106,7 @@ class SpoolAgainstList(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.folder = Path(self.make_folder())
-        self.spool = Spool(self.folder / "spool.db")
+        self.spool = Spool(self.folder / "spool.db", most_held=25)
         self.spool.open()
         self.model: deque[int] = deque()
         self.next = 1
@@ -160,13 +160,23 @@ TestSpoolAgainstList = SpoolAgainstList.TestCase
 TestSpoolAgainstList.settings = settings(max_examples=15, stateful_step_count=20, deadline=None)
 
 
-def test_in_memory_it_is_the_same_but_for_the_disk() -> None:
-    spool, some = MemorySpool(most=10), readings(8)
-    assert spool.put(some) == 8
-    with pytest.raises(SpoolFull):
-        spool.put(some)
-    assert list(spool.first(3)) == some[:3]
-    spool.set_aside(some[1], "no")
-    spool.done([some[0], some[2]])
-    assert list(spool.first(100)) == some[3:]
-    assert spool.waiting() == 5
+def test_it_comes_back_as_itself_whether_still_at_hand_or_from_the_disk(tmp_path: Path) -> None:
+    entries: list[Entry] = [*readings(3), Answer("can", 7, START, (("1", 170.2, 70.0),))]
+    with Spool(tmp_path / "spool.db") as spool:
+        spool.put(entries)
+        assert [one.entry() for one in spool.first(9)] == entries
+    with Spool(tmp_path / "spool.db") as spool:
+        assert [one.held for one in spool.first(9)] == [None] * 4
+        assert [one.entry() for one in spool.first(9)] == entries
+
+
+def test_the_newest_mark_of_each_source_is_kept_with_what_came_before_it(tmp_path: Path) -> None:
+    def mark(source: str, count: int) -> Mark:
+        return Mark(source, (Counter("Sensor1", count, START, 0.01), Counter("Speed", count + 1, START, None)))
+
+    with Spool(tmp_path / "spool.db") as spool:
+        assert spool.put([mark("can", 3), *readings(2), mark("can", 5), mark("other", 9)]) == 2
+    with Spool(tmp_path / "spool.db") as spool:
+        assert spool.counters("can") == mark("can", 5).counters
+        assert spool.counters("other") == mark("other", 9).counters
+        assert spool.counters("none") == ()
