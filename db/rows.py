@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import BigInteger, ForeignKey, Index, Integer, MetaData, String, Text, UniqueConstraint
+from sqlalchemy import BigInteger, CheckConstraint, ForeignKey, Index, Integer, MetaData, String, Text, UniqueConstraint
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from db.documents.access import Scope
@@ -27,6 +27,7 @@ class Base(DeclarativeBase):
         naming_convention={
             "ix": "ix_%(table_name)s_%(column_0_N_name)s",
             "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+            "ck": "ck_%(table_name)s_%(constraint_name)s",
             "fk": "fk_%(table_name)s_%(column_0_N_name)s",
             "pk": "pk_%(table_name)s",
         }
@@ -57,19 +58,37 @@ class CatalogueRow(Base):
 
 
 class StockEntryRow(Base):
-    """One movement of one catalogue item; the balance is the sum. Nothing here is ever changed."""
+    """One movement of one catalogue item: pieces into the box, pieces held for a plan. Nothing here is ever changed."""
 
     __tablename__ = "stock_entry"
-    __table_args__ = (Index(None, "catalogue_id", "item"),)
+    __table_args__ = (
+        Index(None, "catalogue_id", "id"),
+        Index(None, "catalogue_id", "item", "id"),
+        Index(None, "catalogue_id", "until"),
+    )
 
     id: Mapped[int] = mapped_column(_AUTO_KEY, primary_key=True, autoincrement=True)
     catalogue_id: Mapped[str] = mapped_column(_KEY, ForeignKey("catalogue.id"))
     item: Mapped[int]
     kind: Mapped[str] = mapped_column(String(16))
     pieces: Mapped[int]
-    session_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("session.id"))
-    plan_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("plan.id"))
+    held: Mapped[int] = mapped_column(server_default="0")
+    session_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("session.id"), index=True)
+    plan_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("plan.id"), index=True)
+    until: Mapped[datetime | None] = mapped_column(UtcTime)
+    note: Mapped[str | None] = mapped_column(Text)
     at: Mapped[datetime] = mapped_column(UtcTime)
+
+
+class StockBalanceRow(Base):
+    """The sum of an item's movements: a box costs the same after many years; the engine refuses less than none."""
+
+    __tablename__ = "stock_balance"
+    __table_args__ = (CheckConstraint("on_hand >= 0", name="on_hand"),)
+
+    catalogue_id: Mapped[str] = mapped_column(_KEY, ForeignKey("catalogue.id"), primary_key=True)
+    item: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    on_hand: Mapped[int]
 
 
 class SessionRow(Base):

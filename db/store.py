@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Any, TypeVar, cast
 
-from sqlalchemy import CursorResult, Select, and_, delete, func, insert, or_, select, tuple_
+from sqlalchemy import CursorResult, Select, and_, bindparam, delete, func, insert, or_, select, tuple_, update
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.orm import Session
 
@@ -23,6 +23,7 @@ from db.rows import (
     RunRow,
     SessionRow,
     SourceRow,
+    StockBalanceRow,
     StockEntryRow,
     TokenRow,
 )
@@ -183,26 +184,66 @@ class Store:
         ).all()
 
     # ------------------------------------------------------------ stock
-    def move_stock(self, entries: Iterable[Mapping[str, Any]]) -> None:
-        """Write movements of stock."""
-        rows = [dict(entry) for entry in entries]
+    def open_stock(self, catalogue_id: str, items: Sequence[int]) -> None:
+        """Begin the ledger of counted items, at none."""
+        rows = [{"catalogue_id": catalogue_id, "item": item, "on_hand": 0} for item in items]
         if rows:
-            self._session.execute(insert(StockEntryRow), rows)
+            self._session.execute(insert(StockBalanceRow), rows)
+
+    def move_stock(self, entries: Sequence[Mapping[str, Any]]) -> None:
+        """Write movements of stock. The engine refuses those that would leave less than nothing: IntegrityError."""
+        if not entries:
+            return
+        self._session.execute(insert(StockEntryRow), [dict(entry) for entry in entries])
+        moved = [
+            {"in_box": entry["catalogue_id"], "of_item": entry["item"], "change": entry["pieces"]}
+            for entry in entries
+            if entry["pieces"] != 0
+        ]
+        if moved:
+            table = StockBalanceRow.__table__
+            here = and_(table.c.catalogue_id == bindparam("in_box"), table.c.item == bindparam("of_item"))
+            change = {"on_hand": table.c.on_hand + bindparam("change")}
+            self._session.connection().execute(update(StockBalanceRow).where(here).values(change), moved)
 
     def balances(self, catalogue_id: str) -> dict[int, int]:
         """Pieces on hand of each item that is counted."""
-        query = (
-            select(StockEntryRow.item, func.sum(StockEntryRow.pieces))
-            .where(StockEntryRow.catalogue_id == catalogue_id)
-            .group_by(StockEntryRow.item)
-        )
+        table = StockBalanceRow.__table__
+        query = select(table.c.item, table.c.on_hand).where(table.c.catalogue_id == catalogue_id)
         return {item: int(pieces) for item, pieces in self._session.execute(query)}
 
-    def stock_entries(self, catalogue_id: str) -> Sequence[StockEntryRow]:
-        """All movements of a catalogue's stock, oldest first."""
+    def reservations(self, catalogue_id: str, since: datetime) -> Sequence[StockEntryRow]:
+        """All movements of the plans that were promised pieces of this box until later than `since`, oldest first."""
+        promised = select(StockEntryRow.plan_id).where(
+            StockEntryRow.catalogue_id == catalogue_id, StockEntryRow.until > since
+        )
         return self._session.scalars(
-            select(StockEntryRow).where(StockEntryRow.catalogue_id == catalogue_id).order_by(StockEntryRow.id)
+            select(StockEntryRow)
+            .where(StockEntryRow.catalogue_id == catalogue_id, StockEntryRow.plan_id.in_(promised))
+            .order_by(StockEntryRow.id)
         ).all()
+
+    def session_movements(self, session_id: str) -> Sequence[StockEntryRow]:
+        """All movements of stock for a session, oldest first."""
+        return self._session.scalars(
+            select(StockEntryRow).where(StockEntryRow.session_id == session_id).order_by(StockEntryRow.id)
+        ).all()
+
+    def last_fitted(self, catalogue_id: str, item: int) -> StockEntryRow | None:
+        """The latest movement by which pieces of an item went onto a drum."""
+        return self._session.scalars(
+            select(StockEntryRow)
+            .where(
+                StockEntryRow.catalogue_id == catalogue_id, StockEntryRow.item == item, StockEntryRow.kind == "fitted"
+            )
+            .order_by(StockEntryRow.id.desc())
+            .limit(1)
+        ).one_or_none()
+
+    def stock_entries(self, catalogue_id: str, limit: int, offset: int) -> Sequence[StockEntryRow]:
+        """Movements of a catalogue's stock, newest first."""
+        query = select(StockEntryRow).where(StockEntryRow.catalogue_id == catalogue_id)
+        return self._page(query.order_by(StockEntryRow.id.desc()), limit, offset)
 
     # ------------------------------------------------------------ access
     def tokens(self) -> Sequence[TokenRow]:

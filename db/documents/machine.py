@@ -171,7 +171,11 @@ class StockItem(CatalogueItem):
     """One kind of stock mass, with what is left of it."""
 
     on_hand: int | None
-    """Pieces not fitted anywhere; null: unlimited."""
+    """Pieces in the box, held ones included; null: unlimited."""
+    reserved: int
+    """Pieces of these that are held for plans."""
+    available: int | None
+    """Pieces that anybody may reserve or fit; null: unlimited."""
 
 
 @document

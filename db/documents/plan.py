@@ -203,7 +203,7 @@ class PlanInputs:
     """What else the answer depends on, so that it can be found again."""
 
     counts: tuple[int | None, ...]
-    """Pieces on hand of each catalogue item; null: unlimited."""
+    """Pieces of each catalogue item that the session could have; null: unlimited."""
     present: tuple[Placement, ...]
     """Pieces of the plan that is fitted."""
     present_off: tuple[Placement, ...] = ()
@@ -277,6 +277,8 @@ class Plan:
     """True: a run was added or excluded since."""
     fitted: tuple[Placement, ...] | None = None
     """What was really fitted; null until then."""
+    reserved_until: datetime | None = None
+    """Until when its pieces are held in the box, UTC; null: nothing is held for it."""
 
 
 @document

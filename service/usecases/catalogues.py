@@ -1,26 +1,22 @@
-"""Boxes of stock masses, and their ledger: pieces are received, fitted, returned and counted, never overwritten."""
+"""Boxes of stock masses, and what their ledger says."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from db.documents.machine import (
-    Catalogue,
-    CatalogueItem,
-    CataloguePatch,
-    Pieces,
-    StockItem,
-    StoredCatalogue,
-)
-from db.documents.plan import Placement
-from db.rows import CatalogueRow
+from db.documents.machine import Catalogue, CatalogueItem, CataloguePatch, Pieces, StockItem, StoredCatalogue
+from db.documents.stock import Balance, Hold, Movement, Stock, StockBooking
+from db.rows import CatalogueRow, SessionRow
 from db.store import Store
-from service.errors import Conflict, InvalidInput
+from service.errors import InvalidInput
+from service.usecases import stock
 from service.usecases.machines import name_taken
 from service.usecases.rules import check_catalogue
+from service.usecases.stock import item_of
 from service.usecases.work import Work, require
+
+FIRST_PAGE = 50
+"""Movements shown with the answer to a booking."""
 
 
 def create(work: Work, catalogue: Catalogue) -> StoredCatalogue:
@@ -33,20 +29,21 @@ def create(work: Work, catalogue: Catalogue) -> StoredCatalogue:
         row = CatalogueRow(id=work.new_id(), name=catalogue.name, items=catalogue.items, created_at=now)
         store.add(row)
         counted = {i: item.count for i, item in enumerate(catalogue.items) if item.count is not None}
-        _book(work, store, row, "received", counted)
-        return _view(store, row)
+        store.open_stock(row.id, list(counted))
+        stock.book(store, row, counted, kind="received", at=now)
+        return _view(work, store, row)
 
 
 def get(work: Work, catalogue_id: str) -> StoredCatalogue:
     """One box with what is left in it. Raises NotFound."""
     with work.read() as store:
-        return _view(store, require(store, CatalogueRow, catalogue_id))
+        return _view(work, store, require(store, CatalogueRow, catalogue_id))
 
 
 def find(work: Work, limit: int, offset: int) -> tuple[StoredCatalogue, ...]:
     """Boxes, newest first."""
     with work.read() as store:
-        return tuple(_view(store, row) for row in store.catalogues(limit, offset))
+        return tuple(_view(work, store, row) for row in store.catalogues(limit, offset))
 
 
 def change(work: Work, catalogue_id: str, patch: CataloguePatch) -> StoredCatalogue:
@@ -57,67 +54,28 @@ def change(work: Work, catalogue_id: str, patch: CataloguePatch) -> StoredCatalo
             if store.catalogue_named(patch.name) is not None:
                 raise name_taken("catalogue", patch.name)
             row.name = patch.name
-        _book(work, store, row, "received", _counted_items(row.items, patch.received, "received"))
-        found = _counted_items(row.items, patch.counted, "counted")
-        balances = store.balances(row.id)
-        _book(work, store, row, "counted", {i: pieces - balances.get(i, 0) for i, pieces in found.items()})
-        return _view(store, row)
+        for kind, pieces in (("received", patch.received), ("counted", patch.counted)):
+            stock.book(store, row, _counted_items(row.items, pieces, kind), kind=kind, at=work.now())
+        return _view(work, store, row)
 
 
-def on_hand(store: Store, row: CatalogueRow) -> tuple[int | None, ...]:
-    """Pieces left of each item; None: unlimited."""
-    balances = store.balances(row.id)
-    return tuple(None if item.count is None else balances.get(i, 0) for i, item in enumerate(row.items))
+def stock_of(work: Work, catalogue_id: str, limit: int, offset: int) -> Stock:
+    """Balances, what is held for whom, and a page of movements, newest first. Raises NotFound."""
+    with work.read() as store:
+        return _stock(work, store, require(store, CatalogueRow, catalogue_id), limit, offset)
 
 
-def exchange(
-    work: Work,
-    store: Store,
-    row: CatalogueRow,
-    *,
-    back: Sequence[Placement],
-    out: Sequence[Placement],
-    session_id: str,
-    plan_id: str,
-) -> None:
-    """Return the pieces `back` and take the pieces `out`, all or none; `row` is locked by the caller.
+def book(work: Work, catalogue_id: str, booking: StockBooking) -> Stock:
+    """Book pieces that came, went or were counted.
 
-    Raises Conflict where the box holds too few.
+    Raises NotFound, InvalidInput for a mass that is not in the box or has no count, Conflict where more are withdrawn
+    than are free.
     """
-    wanted, returned = pieces_of(row.items, out), pieces_of(row.items, back)
-    net = {i: returned[i] - wanted[i] for i in wanted.keys() | returned.keys() if row.items[i].count is not None}
-    balances = store.balances(row.id)
-    short = [i for i, pieces in sorted(net.items()) if balances.get(i, 0) + pieces < 0]
-    if short:
-        lines = ", ".join(f"{-net[i]} of {row.items[i].mass_g:g} g (in the box: {balances.get(i, 0)})" for i in short)
-        raise Conflict(
-            f"the box {row.name!r} holds too few pieces: {lines} needed",
-            code="out_of_stock",
-            field="placements",
-            value=[row.items[i].mass_g for i in short],
-            advice="make a new plan from what is left, or book the pieces that were put into the box",
-        )
-    entry = {"session_id": session_id, "plan_id": plan_id}
-    _book(work, store, row, "returned", {i: pieces for i, pieces in net.items() if pieces > 0}, **entry)
-    _book(work, store, row, "fitted", {i: pieces for i, pieces in net.items() if pieces < 0}, **entry)
-
-
-def item_of(items: Sequence[CatalogueItem], mass_g: float, field: str) -> int:
-    """Index of the item of this mass. Raises InvalidInput."""
-    for index, item in enumerate(items):
-        if item.mass_g == mass_g:
-            return index
-    raise InvalidInput(
-        f"the box has no mass of {mass_g:g} g",
-        field=field,
-        value=mass_g,
-        advice=f"it has {', '.join(f'{item.mass_g:g}' for item in items[:20])} g; a weighed value goes into weighed_g",
-    )
-
-
-def pieces_of(items: Sequence[CatalogueItem], placements: Iterable[Placement]) -> Counter[int]:
-    """Pieces of each item that placements take out of the box."""
-    return Counter(item_of(items, p.mass_g, "placements") for p in placements if p.from_box)
+    with work.write() as store:
+        row = require(store, CatalogueRow, catalogue_id, lock=True)
+        pieces = _counted_items(row.items, booking.pieces, "pieces")
+        stock.book(store, row, pieces, kind=booking.kind, at=work.now(), note=booking.note)
+        return _stock(work, store, row, FIRST_PAGE, 0)
 
 
 def _counted_items(items: Sequence[CatalogueItem], pieces: Sequence[Pieces], field: str) -> dict[int, int]:
@@ -135,16 +93,52 @@ def _counted_items(items: Sequence[CatalogueItem], pieces: Sequence[Pieces], fie
     return out
 
 
-def _book(work: Work, store: Store, row: CatalogueRow, kind: str, pieces: dict[int, int], **entry: Any) -> None:
-    blank = {"session_id": None, "plan_id": None}
-    store.move_stock(
-        {"catalogue_id": row.id, "item": i, "kind": kind, "pieces": n, "at": work.now(), **blank, **entry}
-        for i, n in sorted(pieces.items())
-        if n != 0
+def _view(work: Work, store: Store, row: CatalogueRow) -> StoredCatalogue:
+    items = tuple(
+        StockItem(**vars(item), on_hand=balance.on_hand, reserved=balance.reserved, available=balance.available)
+        for item, balance in zip(row.items, _balances(store, row, stock.holds(store, row.id, work.now())), strict=True)
+    )
+    return StoredCatalogue(id=row.id, name=row.name, items=items, created_at=row.created_at)
+
+
+def _balances(store: Store, row: CatalogueRow, holds: Sequence[stock.Held]) -> tuple[Balance, ...]:
+    reserved = stock.pieces_held(holds)
+    return tuple(
+        Balance(
+            mass_g=item.mass_g,
+            name=item.name,
+            on_hand=n,
+            reserved=reserved[i],
+            available=None if n is None else max(n - reserved[i], 0),
+        )
+        for i, (item, n) in enumerate(zip(row.items, stock.on_hand(store, row), strict=True))
     )
 
 
-def _view(store: Store, row: CatalogueRow) -> StoredCatalogue:
-    left = on_hand(store, row)
-    items = tuple(StockItem(**vars(item), on_hand=n) for item, n in zip(row.items, left, strict=True))
-    return StoredCatalogue(id=row.id, name=row.name, items=items, created_at=row.created_at)
+def _stock(work: Work, store: Store, row: CatalogueRow, limit: int, offset: int) -> Stock:
+    holds = stock.holds(store, row.id, work.now())
+    return Stock(
+        catalogue_id=row.id,
+        items=_balances(store, row, holds),
+        holds=tuple(_hold(store, row, held) for held in holds),
+        movements=tuple(
+            Movement(
+                mass_g=row.items[entry.item].mass_g,
+                **{name: getattr(entry, name) for name in Movement.__dataclass_fields__ if name != "mass_g"},
+            )
+            for entry in store.stock_entries(row.id, limit, offset)
+        ),
+    )
+
+
+def _hold(store: Store, row: CatalogueRow, held: stock.Held) -> Hold:
+    session = require(store, SessionRow, held.session_id)
+    return Hold(
+        mass_g=row.items[held.item].mass_g,
+        pieces=held.pieces,
+        plan_id=held.plan_id,
+        session_id=held.session_id,
+        machine_name=session.machine_name,
+        technician=session.technician,
+        until=held.until,
+    )

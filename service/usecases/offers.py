@@ -9,10 +9,10 @@ from db.documents.machine import CatalogueItem
 from db.documents.plan import FrontPoint, Plan, PlanRequest, StockChange, WhatIf, WhatIfRequest
 from service.balancing.alternatives import front
 from service.errors import InvalidInput
-from service.usecases.catalogues import item_of
 from service.usecases.keeping import broken_limits
 from service.usecases.posing import Ground, pose
 from service.usecases.selecting import UNIT, offer_of, solve
+from service.usecases.stock import item_of
 
 
 def front_of(ground: Ground, request: PlanRequest, monotonic: Callable[[], float]) -> tuple[FrontPoint, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from datetime import datetime
 
 from db.documents.machine import CatalogueItem, Machine
 from db.documents.plan import (
@@ -20,7 +21,8 @@ from db.documents.plan import (
 from db.rows import CatalogueRow, CorrectionRow, PlanRow, SessionRow
 from db.store import Store
 from service.errors import Conflict, InvalidInput, OutOfOrder
-from service.usecases import catalogues, offers, states
+from service.usecases import offers, states, stock
+from service.usecases.holding import let_go, locked, require_its_box, require_placements
 from service.usecases.posing import Ground, in_order
 from service.usecases.rules import hole_label, plane_index, position_index
 from service.usecases.selecting import refitted, solve_plan
@@ -37,7 +39,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
     with work.read() as store:
         session = require(store, SessionRow, session_id)
         states.after(session, "plan")
-        ground = _ground(store, session, request.correction_id, request.base == "present")
+        ground = _ground(store, session, request.correction_id, request.base == "present", work.now())
         if ground.correction.stale:
             raise Conflict(
                 "a run was added or excluded since this correction",
@@ -93,19 +95,22 @@ def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
     InvalidInput for a piece at an angle that is no position or a mass that is not in the box.
     """
     with work.write() as store:
-        row, session, box = _locked(store, plan_id)
+        row, session, box = locked(store, plan_id)
         state = states.after(session, "fitted")
         _require_fittable(row.plan, request)
         if request.actual is None:
-            _require_its_box(row.plan, session)
-        ground = _ground(store, session, row.plan.correction_id, False)
+            require_its_box(row.plan, session)
+        ground = _ground(store, session, row.plan.correction_id, False, work.now())
         actual = row.plan.placements
         if request.actual is not None:
             moved = tuple(piece for piece in actual if not piece.from_box)
             actual = in_order(ground.machine, (*moved, *_actual(ground.machine, ground.items, request.actual)))
         before = None if session.fitted_plan_id is None else require(store, PlanRow, session.fitted_plan_id)
         back = () if before is None else before.plan.fitted or ()
-        catalogues.exchange(work, store, box, back=back, out=actual, session_id=session.id, plan_id=row.id)
+        now = work.now()
+        let_go(store, session.id, now)
+        net = stock.net_of(box.items, back=back, out=actual)
+        stock.exchange(store, box, net, at=now, session_id=session.id, plan_id=row.id)
         if before is not None:
             before.plan = replace(before.plan, state="replaced")
         row.plan = replace(refitted(ground, row.plan, actual), state="fitted")
@@ -119,7 +124,7 @@ def unfit(work: Work, plan_id: str) -> Plan:
     Raises OutOfOrder where the plan is not the one that is fitted.
     """
     with work.write() as store:
-        row, session, box = _locked(store, plan_id)
+        row, session, box = locked(store, plan_id)
         state = states.after(session, "unfit")
         if session.fitted_plan_id != row.id:
             raise OutOfOrder(
@@ -128,15 +133,15 @@ def unfit(work: Work, plan_id: str) -> Plan:
                 value=plan_id,
                 advice="take off the plan that is fitted, see the session's fitted_plan_id",
             )
-        back = row.plan.fitted or ()
-        catalogues.exchange(work, store, box, back=back, out=(), session_id=session.id, plan_id=row.id)
+        net = stock.net_of(box.items, back=row.plan.fitted or (), out=())
+        stock.exchange(store, box, net, at=work.now(), session_id=session.id, plan_id=row.id)
         row.plan = replace(row.plan, state="unfitted", fitted=None)
         session.fitted_plan_id, session.state = None, state
         return row.plan
 
 
-def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool) -> Ground:
-    """What a plan of this session is made on."""
+def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool, now: datetime) -> Ground:
+    """What a plan of this session is made on; pieces held for other sessions are not there for it."""
     if session.catalogue_id is None:
         raise OutOfOrder(
             "the session has no box of stock masses",
@@ -160,10 +165,10 @@ def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool) -
     if session.fitted_plan_id is not None:
         fitted_plan = require(store, PlanRow, session.fitted_plan_id).plan
         present, off = fitted_plan.fitted or (), fitted_plan.taken_off
-    counts = catalogues.on_hand(store, box)
+    counts = stock.available(store, box, now, session.id)
     if not keep:
         # Pieces of the fitted plan may all come off, so they count as on hand.
-        fitted_now = catalogues.pieces_of(box.items, present)
+        fitted_now = stock.pieces_of(box.items, present)
         counts = tuple(None if n is None else n + fitted_now[i] for i, n in enumerate(counts))
     return Ground(
         machine=session.machine,
@@ -181,40 +186,14 @@ def _solved(work: Work, plan_id: str) -> tuple[Plan, Ground]:
     with work.read() as store:
         plan = require(store, PlanRow, plan_id).plan
         session = require(store, SessionRow, plan.session_id)
-        _require_its_box(plan, session)
-        ground = _ground(store, session, plan.correction_id, False)
+        require_its_box(plan, session)
+        ground = _ground(store, session, plan.correction_id, False, work.now())
     return plan, replace(ground, inputs=plan.inputs)
 
 
-def _locked(store: Store, plan_id: str) -> tuple[PlanRow, SessionRow, CatalogueRow]:
-    """Plan, session and box, locked in the one order that all writers keep."""
-    found = require(store, PlanRow, plan_id)
-    session = require(store, SessionRow, found.session_id, lock=True)
-    box = require(store, CatalogueRow, session.catalogue_id or "", lock=True)
-    return require(store, PlanRow, plan_id, lock=True), session, box
-
-
-def _require_its_box(plan: Plan, session: SessionRow) -> None:
-    """Its masses mean pieces of the box that it was made from. Raises Conflict where the session has another one."""
-    if plan.inputs.catalogue_id not in (None, session.catalogue_id):
-        raise Conflict(
-            f"plan {plan.number} was made from another box",
-            code="box_changed",
-            field="catalogue_id",
-            value=session.catalogue_id,
-            advice="make a new plan from this box, or give the session the box of the plan back",
-        )
-
-
 def _require_fittable(plan: Plan, request: FittedRequest) -> None:
-    if plan.status == "infeasible" and request.actual is None:
-        raise OutOfOrder(
-            f"plan {plan.number} has no placements: {plan.reason}",
-            code="plan_infeasible",
-            field="plan_id",
-            value=plan.id,
-            advice="change what its reason says, and plan again",
-        )
+    if request.actual is None:
+        require_placements(plan)
     if plan.state not in ("proposed", "unfitted", "replaced"):
         raise OutOfOrder(
             f"plan {plan.number} is {plan.state} already",
@@ -243,7 +222,7 @@ def _actual(
         p = plane_index(machine, piece.plane, f"{where}.plane")
         plane = machine.planes[p]
         position = position_index(plane, piece.position_deg, f"{where}.position_deg")
-        item = items[catalogues.item_of(items, piece.mass_g, f"{where}.mass_g")]
+        item = items[stock.item_of(items, piece.mass_g, f"{where}.mass_g")]
         room[p, position] += 1
         if room[p, position] > plane.masses_per_position:
             raise InvalidInput(

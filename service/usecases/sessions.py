@@ -8,6 +8,7 @@ from db.rows import CatalogueRow, MachineRow, SessionRow
 from db.store import Store
 from service.errors import Conflict
 from service.usecases import states
+from service.usecases.holding import let_go
 from service.usecases.rules import check_as_found, sensor_index
 from service.usecases.work import Work, require
 from service.version import __version__
@@ -70,10 +71,12 @@ def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
                     advice="report them taken off first (unfit the plan), then change the box",
                 )
             row.catalogue_id = require(store, CatalogueRow, patch.catalogue_id).id
+            let_go(store, row.id, work.now())
         row.technician = row.technician if patch.technician is None else patch.technician
         row.note = row.note if patch.note is None else patch.note
         if patch.state is not None:
             row.state, row.closed_at = closed, work.now()
+            let_go(store, row.id, row.closed_at)
         return _view(store, row)
 
 

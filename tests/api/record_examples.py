@@ -113,6 +113,8 @@ def prepare(recorder: Recorder) -> tuple[str, str]:
     recorder.ask("GET", "/catalogues?limit=1")
     received, counted = [{"mass_g": 200.0, "pieces": 2}], [{"mass_g": 50.0, "pieces": 3}]
     recorder.ask("PATCH", f"/catalogues/{box}", {"received": received, "counted": counted})
+    recorder.ask("POST", f"/catalogues/{box}/stock", {"kind": "received", "pieces": received, "note": "delivery 4711"})
+    recorder.ask("POST", f"/catalogues/{box}/stock", {"kind": "withdrawn", "pieces": received, "note": "lent"})
     return machine, box
 
 
@@ -150,6 +152,9 @@ def balance(recorder: Recorder, session: str) -> None:
     recorder.ask("GET", path)
     recorder.ask("GET", f"{path}/front")
     recorder.ask("POST", f"{path}/what-if", {"missing": [{"mass_g": 200.0, "pieces": 6}]})
+    recorder.ask("POST", f"{path}/reserve", {"minutes": 60})
+    recorder.ask("GET", f"/catalogues/{plan['inputs']['catalogue_id']}/stock?limit=5")
+    recorder.ask("POST", f"{path}/release")
     recorder.ask("POST", f"{path}/fitted", {})
     recorder.ask("POST", f"{path}/unfit")
     fitted = recorder.shop.ask("POST", f"{path}/fitted", {})["fitted"]

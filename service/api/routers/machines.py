@@ -8,6 +8,7 @@ from fastapi import APIRouter, Body, Query
 
 from db.documents.influence import LearnedInfluence, LearnRequest, TypicalInfluence
 from db.documents.machine import Catalogue, CataloguePatch, Machine, StoredCatalogue, StoredMachine
+from db.documents.stock import Stock, StockBooking
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
 from service.api.routing import StrictRoute
 from service.usecases import catalogues, influence, machines
@@ -91,3 +92,15 @@ def get_catalogue(work: WorkDep, catalogue_id: Key) -> StoredCatalogue:
 def change_catalogue(work: WorkDep, catalogue_id: Key, patch: CataloguePatch) -> StoredCatalogue:
     """Rename a box, book pieces received, or book a count. Masses in g, stock in pieces."""
     return catalogues.change(work, catalogue_id, patch)
+
+
+@router.get("/catalogues/{catalogue_id}/stock", tags=["catalogues"], responses=errors(404))
+def get_stock(work: WorkDep, catalogue_id: Key, limit: Limit = 50, offset: Offset = 0) -> Stock:
+    """Balances of a box, what is held for whom, and its movements, newest first. Masses in g, stock in pieces."""
+    return catalogues.stock_of(work, catalogue_id, limit, offset)
+
+
+@router.post("/catalogues/{catalogue_id}/stock", status_code=201, tags=["catalogues"], responses=errors(404, 409))
+def book_stock(work: WorkDep, catalogue_id: Key, booking: StockBooking) -> Stock:
+    """Book pieces received, returned, withdrawn or counted. Masses in g, stock in pieces."""
+    return catalogues.book(work, catalogue_id, booking)

@@ -12,9 +12,10 @@ from db.documents.plan import FittedRequest, FrontPoint, Plan, PlanRequest, What
 from db.documents.report import Report
 from db.documents.run import Run, RunPatch, RunRequest
 from db.documents.session import Session, SessionLog, SessionPatch, SessionRequest, SessionState, SessionSummary
+from db.documents.stock import ReserveRequest
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
 from service.api.routing import StrictRoute
-from service.usecases import corrections, influence, plans, reports, runs, sessions
+from service.usecases import corrections, holding, influence, plans, reports, runs, sessions
 
 router = APIRouter(route_class=StrictRoute)
 
@@ -137,6 +138,21 @@ def ask_what_if(work: WorkDep, plan_id: Key, what_if: WhatIfRequest) -> WhatIf:
     Masses in g, positions in degrees, objective in `objective_unit`.
     """
     return plans.what_if(work, plan_id, what_if)
+
+
+@router.post("/plans/{plan_id}/reserve", tags=["plans"], responses=errors(404, 409))
+def reserve_plan(work: WorkDep, plan_id: Key, reserve: ReserveRequest) -> Plan:
+    """Hold the pieces of a plan, all or none, so that nobody else can fit them; in place of what was held before.
+
+    They are held until fitted, released or the time is over. Masses in g, stock in pieces, time in minutes.
+    """
+    return holding.reserve(work, plan_id, reserve)
+
+
+@router.post("/plans/{plan_id}/release", tags=["plans"], responses=errors(404, 409))
+def release_plan(work: WorkDep, plan_id: Key) -> Plan:
+    """Hold the pieces of a plan no longer. Masses in g, stock in pieces."""
+    return holding.release(work, plan_id)
 
 
 @router.post("/plans/{plan_id}/fitted", tags=["plans"], responses=errors(404, 409))
