@@ -116,7 +116,9 @@ def _problem(fit: InfluenceFit, weights: FloatArray | None, wishes: Wishes) -> _
     count = fit.influence.shape[1]
     later = _per_plane("mounted_later", wishes.mounted_later, count)
     held = _per_plane("held", wishes.held, count)
-    planes = np.arange(count) if wishes.planes is None else np.array(sorted(set(wishes.planes)), dtype=np.int64)
+    planes = np.arange(count)
+    if wishes.planes is not None:
+        planes = np.array(sorted(set(wishes.planes)), dtype=np.int64)
     if len(planes) == 0 or planes[0] < 0 or planes[-1] >= count:
         raise NumericsError(
             f"planes {list(wishes.planes or ())} must name at least one of 0 to {count - 1}",
@@ -194,33 +196,41 @@ def covariance(fit: InfluenceFit, problem: _Problem, masses: ComplexArray, ridge
     conj(dA_s)^T r_s), M = A^H W A + ridge^2 and r the residual: a linear map of each sensor's error and one of its
     conjugate.
     """
-    A, used, w = problem.A, problem.used, problem.weights
+    A, w = problem.A, problem.weights
     planes, changed = fit.influence.shape[1], problem.planes
-    C = fit.covariance[used] * (w**2)[:, None, None]
-    inverse = np.linalg.inv(A.conj().T @ A + ridge**2 * np.eye(len(masses)))
+    count = len(changed)
+    normal = A.conj().T @ A
+    if ridge:
+        normal += ridge**2 * np.eye(count)
+    inverse = np.linalg.inv(normal)
     residual = problem.b + A @ masses
-    state = np.concatenate([[1.0 + 0j], problem.held + problem.later])
+    state = np.ones(planes + 1, dtype=np.complex128)
+    state[1:] = problem.held + problem.later
     state[1 + changed] += masses
-    # (N, Q, P + 1): the error and its conjugate, carried to the masses.
-    direct = -(A.conj() @ inverse.T)[:, :, None] * state
-    mirrored = np.zeros_like(direct)
-    mirrored[:, :, 1 + changed] = -residual[:, None, None] * inverse
+    # (N, 2Q, P + 1): each sensor's error carried to the masses, then its conjugate to their conjugates.
+    carry = np.zeros((len(A), 2 * count, planes + 1), dtype=np.complex128)
+    carry[:, :count] = -(A.conj() @ inverse.T)[:, :, None] * state
+    carry[:, count:, 1 + changed] = -residual.conj()[:, None, None] * inverse.conj()
     if ridge:
         # The ridge follows the greatest singular value, whose square changes by 2 sigma Re(l^H dA r).
         left, singular, right = np.linalg.svd(A, full_matrices=False)
-        pull = ridge**2 / singular[0] * (inverse @ masses)[:, None] * right[0].conj()
-        direct[:, :, 1 + changed] -= left[:, :1, None].conj() * pull
-        pull = ridge**2 / singular[0] * (inverse @ masses)[:, None] * right[0]
-        mirrored[:, :, 1 + changed] -= left[:, :1, None] * pull
-    conjugate = C.conj()
-    proper = (direct @ C @ direct.conj().swapaxes(1, 2) + mirrored @ conjugate @ mirrored.conj().swapaxes(1, 2)).sum(0)
-    pseudo = (direct @ C @ mirrored.swapaxes(1, 2) + mirrored @ conjugate @ direct.swapaxes(1, 2)).sum(0)
+        pulled = ridge**2 / singular[0] * (inverse @ masses)
+        side = left[:, :1, None].conj() * right[0].conj()
+        carry[:, :count, 1 + changed] -= side * pulled[:, None]
+        carry[:, count:, 1 + changed] -= side * pulled.conj()[:, None]
+    carry *= w[:, None, None]
+    spread = (carry @ fit.covariance[problem.used] @ carry.conj().swapaxes(1, 2)).sum(axis=0)
+    proper = spread[:count, :count] + spread[count:, count:].conj()
+    pseudo = spread[:count, count:] + spread[:count, count:].T
+    block = np.empty((count, 2, count, 2))
+    block[:, 0, :, 0] = (proper + pseudo).real
+    block[:, 1, :, 1] = (proper - pseudo).real
+    block[:, 0, :, 1] = (pseudo - proper).imag
+    block[:, 1, :, 0] = (pseudo + proper).imag
+    if count == planes:
+        return block.reshape(2 * count, 2 * count)
     result = np.zeros((planes, 2, planes, 2))
-    block = np.ix_(changed, changed)
-    result[:, 0, :, 0][block] = (proper + pseudo).real
-    result[:, 1, :, 1][block] = (proper - pseudo).real
-    result[:, 0, :, 1][block] = (pseudo - proper).imag
-    result[:, 1, :, 0][block] = (pseudo + proper).imag
+    result[np.ix_(changed, [0, 1], changed, [0, 1])] = block
     return result.reshape(2 * planes, 2 * planes)
 
 
@@ -228,8 +238,9 @@ def _unlimited(problem: _Problem, fit: InfluenceFit) -> tuple[ComplexArray, floa
     """Damped least squares without limits, and the ridge; raises naming planes that the sensors do not tell apart."""
     A, planes, name = problem.A, problem.planes, fit.labels.plane
     length = np.sqrt((A.real**2 + A.imag**2).sum(axis=0))
-    dead = [int(plane) for plane in planes[length <= _RANK_TOLERANCE * length.max(initial=0.0)]]
-    if dead:
+    unseen = length <= _RANK_TOLERANCE * length.max(initial=0.0)
+    if unseen.any():
+        dead = [int(plane) for plane in planes[unseen]]
         raise NumericsError(
             f"masses in {listed(map(name, dead))} move no sensor",
             code="planes_dependent",

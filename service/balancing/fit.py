@@ -105,45 +105,44 @@ def fit_influence(runs: RunSet, incomplete: Literal["refuse", "leave_out"] = "re
     not determine the coefficients; the advice says which run to add.
     """
     _validate(runs)
-    present = np.isfinite(runs.vibration)
     scale = np.abs(runs.masses).max(axis=0)
     _require_masses(runs, scale)
-    design = np.concatenate([np.ones((len(runs.masses), 1), complex), runs.masses / scale], axis=1)
+    design = np.empty((len(runs.masses), 1 + len(scale)), dtype=np.complex128)
+    design[:, 0] = 1.0
+    np.divide(runs.masses, scale, out=design[:, 1:])
 
-    stated = np.all((runs.scatter > 0.0) | ~present, axis=0)
-    weight = np.where(present, 1.0, 0.0)
-    np.divide(1.0, runs.scatter, out=weight, where=present & stated)
-    # A common factor per sensor changes nothing but keeps the products away from overflow.
-    unit = weight.max(axis=0)
-    weight /= np.where(unit > 0.0, unit, 1.0)
-
+    present = np.isfinite(runs.vibration)
+    complete = bool(present.all())
+    weight, unit, stated = _weights(runs.scatter, present, complete)
     left, singular, right = np.linalg.svd(weight.T[:, :, None] * design, full_matrices=False)
-    solvable = (singular[:, -1] > _RANK_TOLERANCE * singular[:, 0]) & (len(design) >= design.shape[1])
-    if not solvable.all():
+    solvable = singular[:, -1] > _RANK_TOLERANCE * singular[:, 0]
+    whole = len(design) >= design.shape[1] and bool(solvable.all())
+    if not whole:
+        solvable &= len(design) >= design.shape[1]
         _refuse_or_leave_out(runs, design, present, solvable, incomplete)
         singular = np.where(solvable[:, None], singular, 1.0)
     # The small inverse keeps the row order (v0, A) and undoes the column scaling.
     inverse = right.conj().swapaxes(1, 2) / singular[:, None, :]
-    inverse /= np.concatenate([[1.0], scale])[:, None]
-    measured = np.where(present, runs.vibration, 0.0)
+    inverse[:, 1:] /= scale[:, None]
+    measured = runs.vibration if complete else np.where(present, runs.vibration, 0.0)
     solved = (inverse @ (left.conj().swapaxes(1, 2) @ (weight * measured).T[:, :, None]))[:, :, 0]
 
     initial, influence = solved[:, 0].copy(), solved[:, 1:].copy()
     residuals = runs.vibration - (initial + runs.masses @ influence.T)
     dof = 2 * (present.sum(axis=0) - design.shape[1])
-    variance, scatter_dof, chi_square = _variance(residuals, weight, unit, dof, stated)
-    shape = inverse @ inverse.conj().swapaxes(1, 2)
-    if not solvable.all():
-        for part in (initial, influence, shape, residuals.T):
+    variance, scatter_dof, chi_square = _variance(residuals, weight, unit, dof, stated, complete)
+    covariance = variance[:, None, None] * (inverse @ inverse.conj().swapaxes(1, 2))
+    if not whole:
+        for part in (initial, influence, covariance, residuals.T):
             part[~solvable] = np.nan
         dof, scatter_dof = np.where(solvable, dof, 0), np.where(solvable, scatter_dof, 0)
     return InfluenceFit(
         influence=influence,
         initial=initial,
-        covariance=variance[:, None, None] * shape,
+        covariance=covariance,
         dof=dof,
         scatter_dof=scatter_dof,
-        condition=condition(influence[solvable]),
+        condition=condition(influence if whole else influence[solvable]),
         residuals=residuals,
         chi_square=chi_square,
         leverage=(left.real**2 + left.imag**2).sum(axis=2).T,
@@ -163,7 +162,8 @@ def predict(fit: InfluenceFit, masses: ComplexArray, reading_scatter: FloatArray
             field="masses",
             advice="State one mass vector per plane, zero where the plane carries none.",
         )
-    state = np.concatenate([[1.0 + 0j], masses])
+    state = np.ones(1 + len(masses), dtype=np.complex128)
+    state[1:] = masses
     with np.errstate(invalid="ignore"):  # rows that are nan stay nan
         variance = ((fit.covariance @ state.conj()) @ state).real
         vibration = fit.initial + fit.influence @ masses
@@ -176,25 +176,47 @@ def predict(fit: InfluenceFit, masses: ComplexArray, reading_scatter: FloatArray
 
 def condition(influence: ComplexArray) -> float:
     """Condition number of (S, P) coefficients with columns scaled to length 1; inf when planes are dependent."""
-    length = np.sqrt((np.abs(influence) ** 2).sum(axis=0))
-    if influence.shape[0] < influence.shape[1] or not (length > 0.0).all():
+    length = np.sqrt((influence.real**2 + influence.imag**2).sum(axis=0))
+    if influence.shape[0] < influence.shape[1] or not length.all():
         return float("inf")
     singular = np.linalg.svd(influence / length, compute_uv=False)
     return float(singular[0] / singular[-1]) if singular[-1] > 0.0 else float("inf")
 
 
+def _weights(
+    scatter: FloatArray, present: NDArray[np.bool_], complete: bool
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Weights (K, S), the greatest of each sensor 1; the factors (S,) taken out; which sensors stated their scatter."""
+    known = scatter > 0.0
+    stated = known.all(axis=0) if complete else (known | ~present).all(axis=0)
+    if complete and stated.all():
+        weight = 1.0 / scatter
+    else:
+        weight = np.where(present, 1.0, 0.0)
+        np.divide(1.0, scatter, out=weight, where=present & stated)
+    # A common factor per sensor changes nothing but keeps the products away from overflow.
+    unit = weight.max(axis=0)
+    unit[unit == 0.0] = 1.0
+    return weight / unit, unit, stated
+
+
 def _variance(
-    residuals: ComplexArray, weight: FloatArray, unit: FloatArray, dof: IntArray, stated: NDArray[np.bool_]
+    residuals: ComplexArray,
+    weight: FloatArray,
+    unit: FloatArray,
+    dof: IntArray,
+    stated: NDArray[np.bool_],
+    complete: bool,
 ) -> tuple[FloatArray, IntArray, FloatArray]:
     """Variance of unit weight per real component, the degrees of freedom behind it, and chi-square."""
-    squares = np.where(weight > 0.0, weight * np.abs(residuals), 0.0) ** 2
-    total = squares.sum(axis=0)
-    estimated = np.divide(total, dof, out=np.full(total.shape, np.nan), where=dof > 0)
+    away = weight * np.abs(residuals)
+    total = ((away if complete else np.where(weight > 0.0, away, 0.0)) ** 2).sum(axis=0)
     chi_square = np.where(stated, total * unit**2, np.nan)
-    if not stated.any():
-        return estimated, np.where(dof > 0, dof, 0), chi_square
     believed = stated & ~_refuted(chi_square, dof)
-    variance = np.where(believed, 1.0 / np.where(unit > 0.0, unit, 1.0) ** 2, estimated)
+    if believed.all():
+        return unit**-2.0, np.full(len(dof), KNOWN_SCATTER), chi_square
+    estimated = np.divide(total, dof, out=np.full(total.shape, np.nan), where=dof > 0)
+    variance = np.where(believed, unit**-2.0, estimated)
     return variance, np.where(believed, KNOWN_SCATTER, np.where(dof > 0, dof, 0)), chi_square
 
 
@@ -251,9 +273,9 @@ def _validate(runs: RunSet) -> None:
 
 
 def _require_masses(runs: RunSet, scale: FloatArray) -> None:
-    bare = [int(plane) for plane in np.flatnonzero(scale == 0.0)]
-    if not bare:
+    if scale.all():
         return
+    bare = [int(plane) for plane in np.flatnonzero(scale == 0.0)]
     names = listed(runs.labels.plane(plane) for plane in bare)
     raise NumericsError(
         f"no run has a mass in {names}: its influence cannot be known from {len(runs.masses)} runs",

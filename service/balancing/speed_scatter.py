@@ -38,17 +38,18 @@ def with_speed_scatter(
     if reference_rpm is None:
         reference_rpm = _median(speed_rpm)
     off = np.abs(speed_rpm / reference_rpm - 1.0)
-    if not (off > 0.0).any():
-        return runs
-    added = _PER_COMPONENT * np.where(off > 0.0, off, 0.0) * np.abs(runs.vibration)
-    # 0, like nan, says that the scatter is unknown.
-    widened = np.where(runs.scatter > 0.0, np.hypot(runs.scatter, added), runs.scatter)
-    return replace(runs, scatter=np.where(np.isfinite(added), widened, runs.scatter))
+    added = _PER_COMPONENT * off * np.abs(runs.vibration)
+    # 0, like nan, says that the scatter is unknown; nan added is a speed or a reading that is.
+    widened = (runs.scatter > 0.0) & (added > 0.0)
+    return replace(runs, scatter=np.hypot(runs.scatter, added, out=runs.scatter.copy(), where=widened))
 
 
 def _median(speed_rpm: FloatArray) -> FloatArray:
     """Median of each column over the speeds that were measured; nan where none was."""
     ordered = np.sort(speed_rpm, axis=0)  # nan goes last
-    known = np.isfinite(ordered).sum(axis=0)
+    count = len(ordered)
+    if not np.isnan(ordered[-1]).any():
+        return np.asarray(0.5 * (ordered[(count - 1) // 2] + ordered[count // 2]))
+    known = count - np.isnan(ordered).sum(axis=0)
     columns = np.arange(speed_rpm.shape[1])
     return np.asarray(0.5 * (ordered[(known - 1) // 2, columns] + ordered[known // 2, columns]))

@@ -24,7 +24,7 @@ def bench_fit(*, markdown: bool = False) -> bool:
     for what, planes, sensors, aim in CASES:
         runs = example_runs(rng, planes, sensors)
         known = Circumstances(
-            speed_rpm=np.full(runs.vibration.shape, 460.0),
+            speed_rpm=np.broadcast_to(460.0 * rng.normal(1.0, 0.005, (len(runs.masses), 1)), runs.vibration.shape),
             nominal_rpm=np.full(sensors, 460.0),
             overall=1.1 * np.abs(runs.vibration),
             check=np.zeros(len(runs.masses), dtype=bool),

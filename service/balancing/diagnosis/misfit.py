@@ -54,28 +54,26 @@ def worst_miss(runs: RunSet, fit: InfluenceFit) -> float:
 
 def misfit_of(runs: RunSet, fit: InfluenceFit) -> Misfit:
     """Compare each run with the fit of the others; see `Misfit`."""
-    squares = np.abs(runs.vibration) ** 2
     present = np.isfinite(fit.residuals)
-    count = np.maximum(present.sum(axis=0), 1)
-    size = np.sqrt(np.where(present, squares, 0.0).sum(axis=0) / count)
+    amplitude = np.where(present, np.abs(runs.vibration), 0.0)
+    size = np.sqrt((amplitude**2).sum(axis=0) / np.maximum(present.sum(axis=0), 1))
     size = np.where(size > 0.0, size, np.inf)
     freedom = np.where(present, 1.0 - fit.leverage, 0.0)
     testable = freedom > _FREEDOM
     safe = np.where(testable, freedom, 1.0)
-    missed = fit.residuals * np.where(testable, 1.0 / safe, np.nan)
-    error = np.where(testable, np.abs(np.where(testable, fit.residuals, 0.0)) ** 2, 0.0)
+    missed = np.where(testable, fit.residuals, np.nan) / safe
+    residual = np.where(present, np.abs(fit.residuals), 0.0)
+    error = np.where(testable, residual, 0.0) ** 2
 
     stated = np.isfinite(fit.chi_square)
-    variance = np.where(present & (runs.scatter > 0.0), runs.scatter, 0.0) ** 2 + (REPEATABILITY * size) ** 2
-    usable = stated & np.isfinite(variance) & (variance > 0.0)
-    score = np.where(usable, error / np.where(usable, variance * safe, 1.0), 0.0)
-    dof = np.where(stated, fit.dof, 0)
-    total = float((score * safe)[:, stated].sum())
+    scatter = np.where(present & (runs.scatter > 0.0), runs.scatter, 0.0)
+    variance = scatter**2 + (REPEATABILITY * size) ** 2
+    score = np.where(stated, error / (np.where(variance > 0.0, variance, np.inf) * safe), 0.0)
     left = fit.dof - 2
     # Exactly: -2 ln p of the F test with 2 and `left` degrees of freedom.
     estimated = ~stated & (left > 0)
     if estimated.any():
-        whole = np.where(testable, np.abs(np.nan_to_num(fit.residuals)) ** 2, 0.0).sum(axis=0)
+        whole = (residual**2).sum(axis=0)
         rest = np.maximum(whole - error / safe, 1e-30 * np.maximum(whole, 1e-300))
         score = np.where(estimated & testable, left * np.log(np.maximum(whole, 1e-300) / rest), score)
     scored = testable & (stated | estimated)
@@ -83,10 +81,10 @@ def misfit_of(runs: RunSet, fit: InfluenceFit) -> Misfit:
         statistic=np.where(scored, score, 0.0).sum(axis=1),
         freedom=2 * scored.sum(axis=1),
         missed=missed,
-        relative=np.where(testable, np.abs(np.nan_to_num(missed)) / size, 0.0).max(axis=1),
+        relative=(np.sqrt(error) / (safe * size)).max(axis=1),
         size=size,
-        total=total,
-        dof=int(dof.sum()),
+        total=float(np.where(stated, score * safe, 0.0).sum()),
+        dof=int(fit.dof[stated].sum()),
     )
 
 

@@ -184,11 +184,14 @@ def _in_noise(fit: InfluenceFit, correction: Correction) -> list[Finding]:
     least = np.abs(masses) ** 2 / spread.diagonal().reshape(-1, 2).sum(axis=1)[planes]
     if least.min() > 2.0 * limit and least.max() > 2.0 * len(masses) * _hotelling(2 * len(masses), dof):
         return []
-    kept = (2 * planes[:, None] + [0, 1]).ravel()
-    spread = spread[np.ix_(kept, kept)]
-    each = [_mean_square(masses[k : k + 1], spread[2 * k : 2 * k + 2, 2 * k : 2 * k + 2]) for k in range(len(masses))]
-    lost = [int(p) for p, square in zip(planes, each, strict=True) if square <= limit]
-    whole = _mean_square(masses, spread) <= _hotelling(2 * len(masses), dof)
+    if len(planes) < len(correction.masses):
+        kept = (2 * planes[:, None] + [0, 1]).ravel()
+        spread = spread[np.ix_(kept, kept)]
+    # The plane's own 2 x 2 block of the covariance of all.
+    own = np.arange(len(planes))
+    blocks = spread.reshape(len(planes), 2, len(planes), 2)[own, :, own, :]
+    lost = [int(p) for p in planes[_mean_square(masses[:, None], blocks) <= limit]]
+    whole = bool(_mean_square(masses, spread) <= _hotelling(2 * len(masses), dof))
     if not lost and not whole:
         return []
     names = "this correction" if whole else f"the correction in {listed(map(fit.labels.plane, lost))}"
@@ -205,10 +208,11 @@ def _in_noise(fit: InfluenceFit, correction: Correction) -> list[Finding]:
     ]
 
 
-def _mean_square(masses: ComplexArray, spread: FloatArray) -> float:
-    """Mean square, over their 2P components, of the masses in units of their scatter."""
-    flat = np.stack([masses.real, masses.imag], axis=1).ravel()
-    return float(flat @ np.linalg.solve(spread, flat)) / len(flat)
+def _mean_square(masses: ComplexArray, spread: FloatArray) -> FloatArray:
+    """Mean square, over their 2P components, of masses (..., P) in units of their scatter (..., 2P, 2P)."""
+    flat = np.stack([masses.real, masses.imag], axis=-1).reshape(*masses.shape[:-1], -1)
+    solved = np.linalg.solve(spread, flat[..., None])[..., 0]
+    return np.asarray((flat * solved).sum(axis=-1) / flat.shape[-1])
 
 
 @lru_cache(maxsize=64)

@@ -90,7 +90,7 @@ def _speed_drift(runs: RunSet, known: Circumstances) -> list[Finding]:
     assert known.speed_rpm is not None  # noqa: S101
     speed = known.speed_rpm
     slowest = speed.min(axis=0)
-    if known.nominal_rpm is None and (speed.max(axis=0) - slowest <= _SPEED_DRIFT * slowest).all():
+    if (speed.max(axis=0) - slowest <= _SPEED_DRIFT * slowest).all():
         return []
     seen = np.isfinite(speed)
     reference = known.nominal_rpm

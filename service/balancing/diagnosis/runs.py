@@ -76,13 +76,13 @@ def _contradictions(runs: RunSet) -> list[Finding]:
 
 def _mirrored(runs: RunSet, misfit: Misfit) -> Finding | None:
     """Find that mirrored masses explain the runs far better than those stated."""
-    mirror = misfit_of(runs, fit_influence(RunSet(runs.masses.conj(), runs.vibration, runs.scatter), "leave_out"))
-    squares = float(np.nansum(np.abs(misfit.missed / misfit.size) ** 2))
-    if float(np.nansum(np.abs(mirror.missed / mirror.size) ** 2)) > _MIRROR * squares:
+    if misfit.relative.max() < _CHECK_MISSED:
         return None
     if misfit.dof and not bool(improbable(np.array(misfit.total), np.array(misfit.dof), _BAD_RUN)):
         return None
-    if misfit.relative.max() < _CHECK_MISSED:
+    mirror = misfit_of(runs, fit_influence(RunSet(runs.masses.conj(), runs.vibration, runs.scatter), "leave_out"))
+    squares = float(np.nansum(np.abs(misfit.missed / misfit.size) ** 2))
+    if float(np.nansum(np.abs(mirror.missed / mirror.size) ** 2)) > _MIRROR * squares:
         return None
     return Finding(
         "sense_mirrored",
