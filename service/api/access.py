@@ -67,8 +67,11 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
         ),
     ),
     # Pages
-    (EVERYONE, ("get_static", "get_icon", "show_login", "log_in", "log_out")),
-    (LOOKERS, ("home", "show_preferences", "change_preferences")),
+    (
+        EVERYONE,
+        ("get_static", "get_icon", "show_login", "log_in", "log_out", "show_preferences", "change_preferences"),
+    ),
+    (LOOKERS, ("home",)),
 )
 
 OPERATIONS: Mapping[str, frozenset[Scope] | None] = MappingProxyType(

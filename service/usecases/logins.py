@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from datetime import datetime, timedelta
+from datetime import timedelta
 
 from db.rows import LoginRow, TokenRow
 from service.errors import Unauthorized
@@ -16,11 +16,10 @@ LASTS = timedelta(hours=12)
 _SECRET_BYTES = 32
 
 
-def log_in(work: Work, token: str) -> tuple[str, datetime]:
-    """The secret for a cookie, and when it ends. Raises Unauthorized where the token is not good."""
+def log_in(work: Work, token: str) -> str:
+    """The secret for a cookie that is good for LASTS. Raises Unauthorized where the token is not good."""
     principal = tokens.bearer(work, token)
     secret, now = secrets.token_urlsafe(_SECRET_BYTES), work.now()
-    expires_at = now + LASTS
     with work.write() as store:
         store.end_logins(before=now)
         store.add(
@@ -28,10 +27,10 @@ def log_in(work: Work, token: str) -> tuple[str, datetime]:
                 id=tokens.digest_of(secret),
                 token_id=principal.token_id,
                 created_at=now,
-                expires_at=expires_at,
+                expires_at=now + LASTS,
             )
         )
-    return secret, expires_at
+    return secret
 
 
 def log_out(work: Work, secret: str) -> None:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 
 from service.web import assets, problems
-from service.web.routers import home, preferences
+from service.web.form_tokens import require_form_token
+from service.web.routers import home, login, preferences
 
-ROUTERS = (home.router, preferences.router)
+ROUTERS = (home.router, login.router, preferences.router)
 
 
 def install(app: FastAPI) -> None:
     """Put the pages at the root of an application; call it once the API is there."""
     for router in (assets.router, *ROUTERS):
-        app.include_router(router, include_in_schema=False)
+        app.include_router(router, include_in_schema=False, dependencies=[Depends(require_form_token)])
     problems.install(app)

@@ -14,10 +14,13 @@ from service.web.rendering import Page
 
 API_PATHS = ("/api/", "/health", "/metrics", "/openapi.json", "/static/")
 TITLES = {
+    401: N_("You are not logged in"),
+    403: N_("That is not open to you"),
     404: N_("This page does not exist"),
     405: N_("This address does not take that"),
     409: N_("Somebody was faster, or the step is out of order"),
     413: N_("That is too much at once"),
+    429: N_("Too many attempts"),
     422: N_("Something typed is not right"),
     503: N_("The service cannot answer just now"),
 }

@@ -13,6 +13,7 @@ from service.usecases.work import Work
 from service.version import __version__
 from service.web.display import Display
 from service.web.environment import environment
+from service.web.form_tokens import FIELD, FormToken
 from service.web.language import translations
 from service.web.preferences import COOKIE, LANGUAGES, Preferences
 
@@ -35,6 +36,8 @@ class Page:
         self.preferences = Preferences.read(request.cookies.get(COOKIE), header)
         self.language = self.preferences.language
         self.display = Display(self.preferences)
+        self.form_token = FormToken(request)
+        self.secure = request.url.scheme == "https"
 
     @property
     def work(self) -> Work:
@@ -79,7 +82,9 @@ class Page:
                 **context,
             )
         )
-        return HTMLResponse(body, status_code=status, headers=HEADERS)
+        answer = HTMLResponse(body, status_code=status, headers=HEADERS)
+        self.form_token.hand_over(answer)
+        return answer
 
     def goto(self, path: str) -> RedirectResponse:
         """Send on after a form was taken: loading the next page again stores nothing."""
@@ -87,7 +92,7 @@ class Page:
 
     def hidden_fields(self) -> Markup:
         """Fields that every form of the page carries unseen."""
-        return Markup("")
+        return Markup('<input type="hidden" name="{}" value="{}">').format(FIELD, self.form_token.text)
 
 
 PageDep = Annotated[Page, Depends(Page)]

@@ -213,13 +213,13 @@ def test_a_login_serves_until_it_or_its_token_ends(shop: Workshop) -> None:
         status: int = shop.client.get(path, headers={"cookie": f"drumtrue_login={secret}"}).status_code
         return status
 
-    first, second, third = (logins.log_in(shop.work, text)[0] for _ in range(3))
+    first, second, third = (logins.log_in(shop.work, text) for _ in range(3))
     assert [asked(secret) for secret in (first, second, "guessed")] == [200, 200, 401]
     logins.log_out(shop.work, first)
     assert [asked(secret) for secret in (first, second)] == [401, 200]
     shop.now.clock.advance(logins.LASTS.total_seconds())
     assert asked(second) == 401
-    third = logins.log_in(shop.work, text)[0]
+    third = logins.log_in(shop.work, text)
     assert shop.count("login") == 1  # those that were over are forgotten
     tokens.revoke(shop.work, "tablet")
     assert asked(third) == 401
@@ -278,7 +278,7 @@ def test_secrets_are_stored_and_told_nowhere(
     """Probe: after use, neither token nor cookie stands in a table, a file of the database, a log or an answer."""
     caplog.set_level(0)
     _, token = tokens.create(shop.work, "tablet", ["technician"])
-    cookie, _ = logins.log_in(shop.work, token)
+    cookie = logins.log_in(shop.work, token)
     answers = [
         shop.client.post("/api/v1/machines", json=machine_body(), headers={"authorization": f"Bearer {token}"}),
         shop.client.post("/api/v1/machines", content=b"{", headers={"authorization": f"Bearer {token}"} | JSON),
