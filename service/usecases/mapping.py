@@ -78,7 +78,7 @@ def run_set(machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], ro
     vibration = np.full((len(runs), len(rows)), np.nan + 0j)
     scatter = np.full((len(runs), len(rows)), np.nan)
     for k, run in enumerate(runs):
-        vectors = _vectors_with_phase(machine, run, run_out)
+        vectors = vectors_with_phase(machine, run, run_out)
         for reading in run.readings:
             if reading.sensor in vectors:
                 s = column[reading.sensor, run.nominal_speed_rpm]
@@ -91,10 +91,10 @@ def run_set(machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], ro
 def amplitudes_of(machine: Machine, run: Run, run_out: Sequence[RunOut]) -> dict[str, float]:
     """Amplitude by sensor, run-out subtracted where there is a phase to subtract it by."""
     plain = {reading.sensor: reading.amplitude for reading in run.readings}
-    return plain | {name: abs(vector) for name, vector in _vectors_with_phase(machine, run, run_out).items()}
+    return plain | {name: abs(vector) for name, vector in vectors_with_phase(machine, run, run_out).items()}
 
 
-def _vectors_with_phase(machine: Machine, run: Run, run_out: Sequence[RunOut]) -> dict[str, complex]:
+def vectors_with_phase(machine: Machine, run: Run, run_out: Sequence[RunOut]) -> dict[str, complex]:
     """Vectors by sensor, run-out subtracted, of the readings that have a phase."""
     offsets = {r.sensor: phasor(r.amplitude, r.phase_deg, machine.phase_sense) for r in run_out}
     return {
