@@ -3,6 +3,8 @@
 Each plane has as many slots as it takes pieces; a slot is a mass (0: left empty) and a position. With the improved
 rules positions lie on a circle and a member that breaks a limit is repaired by emptying slots; as published (thesis,
 chapters 4 and 5) angles run from first to last and a broken limit costs a fixed penalty.
+
+Members and independent runs are rows of the same arrays: several runs advance together, one generation a step.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from service.balancing.objectives import evaluate
 from service.balancing.phasors import ComplexArray, FloatArray, IntArray
 from service.balancing.placements import Selection, effective_g, result_of, slots, within_g
 from service.balancing.selection import Piece, SelectionProblem, SelectionResult
-from service.optimize.jaya import Jaya, Stop
+from service.errors import NumericsError
+from service.optimize.jaya import Jaya, Rules, Stop
 from service.optimize.problem import Circular, Discrete, MixedProblem, Variable
 
 MOST_SLOTS = 24
@@ -28,6 +31,10 @@ PUBLISHED_BUDGETS = {1: (20, 100), 2: (100, 500), 3: (200, 3000), 4: (300, 3000)
 """Masses a plane -> population and generations of the published runs."""
 DEFAULT_BUDGETS = {1: (20, 100), 2: (60, 200), 3: (100, 300), 4: (150, 400)}
 """The same for the improved rules when the caller states none; beyond 4 masses a plane the last one holds."""
+MOST_TOGETHER = 60_000
+"""Slots of all members of all runs that one step may move: some forty milliseconds."""
+SAME = 1e-9
+"""Relative difference below which two runs ended at the same value."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +50,13 @@ class _Layout:
 
 @dataclass(frozen=True)
 class JayaState:
-    """After one generation: the best selection so far."""
+    """After one generation: the best selection so far of all runs, and the value of each run's best."""
 
     generation: int
     selection: Selection
     value: float
     evaluations: int
+    values: tuple[float, ...]
 
 
 def search_jaya(
@@ -56,18 +64,28 @@ def search_jaya(
     rng: np.random.Generator,
     *,
     members: int | None = None,
+    runs: int = 1,
     as_published: bool = False,
 ) -> Iterator[JayaState]:
-    """Endless iterator, one step per generation; the caller decides when to stop. Deterministic for a given `rng`."""
+    """Endless iterator, one step a generation of every run; the caller decides when to stop.
+
+    Deterministic for a given `rng`. Raises NumericsError for an invalid problem, and for more than a step may move.
+    """
     validate(problem)
     layout = _layout(problem)
     if layout.plane.size == 0:
-        return _nothing_fits(problem)
+        return _nothing_fits(problem, runs)
     population = members or budget(problem, as_published=as_published)[0]
+    if runs * population * layout.plane.size > MOST_TOGETHER and runs > 1:
+        raise NumericsError(
+            f"{runs} runs of {population} members with {layout.plane.size} slots are too much for one step: "
+            f"ask for at most {runs_together(problem, population)} runs at a time",
+            field="runs",
+            value=runs,
+        )
     mixed = _as_mixed(problem, layout, as_published)
-    return _states(
-        problem, layout, Jaya(mixed, population, rng, rules="published" if as_published else "improved"), as_published
-    )
+    rules: Rules = "published" if as_published else "improved"
+    return _states(problem, layout, Jaya(mixed, population, rng, runs=runs, rules=rules), as_published)
 
 
 def solve_jaya(
@@ -76,29 +94,45 @@ def solve_jaya(
     *,
     members: int | None = None,
     generations: int | None = None,
+    runs: int = 1,
     as_published: bool = False,
     stop: Stop = lambda: False,
 ) -> SelectionResult:
-    """Best selection after `generations` (default: by masses a plane), or when `stop()` says so; nothing is proved.
+    """Best selection of `runs` runs after `generations` (default: by masses a plane), or when `stop()` says so.
 
-    details: `generations`, `members`, `seed`. Raises NumericsError for an invalid problem.
+    Nothing is proved. details: `generations`, `members`, `runs`, `seed`, and `agreeing`, the runs that ended at the
+    same value. Raises NumericsError as `search_jaya`.
     """
     validate(problem)
     default = budget(problem, as_published=as_published)
     population, rounds = members or default[0], generations or default[1]
-    search = search_jaya(problem, np.random.default_rng(seed), members=population, as_published=as_published)
+    rng = np.random.default_rng(seed)
+    search = search_jaya(problem, rng, members=population, runs=runs, as_published=as_published)
     state = next(search)
     while state.generation < rounds and not stop():
         state = next(search)
     ended = "stopped" if state.generation < rounds else "budget spent"
+    agreeing = sum(value <= state.value * (1.0 + SAME) for value in state.values)
+    told = f"; {agreeing} of {runs} runs ended at this value" if runs > 1 else ""
     return result_of(
         problem,
         state.selection,
         "heuristic",
-        f"modified Jaya, {state.generation} generations of {population}, {ended}; nothing is proved",
+        f"modified Jaya, {state.generation} generations of {population}, {ended}{told}; nothing is proved",
         state.evaluations,
-        details={"generations": state.generation, "members": population, "seed": seed},
+        details={
+            "generations": state.generation,
+            "members": population,
+            "runs": runs,
+            "agreeing": agreeing,
+            "seed": seed,
+        },
     )
+
+
+def runs_together(problem: SelectionProblem, members: int) -> int:
+    """Most independent runs of so many members that one step may move; at least 1."""
+    return max(1, MOST_TOGETHER // max(1, members * _layout(problem).plane.size))
 
 
 def budget(problem: SelectionProblem, *, as_published: bool) -> tuple[int, int]:
@@ -127,10 +161,9 @@ def _as_mixed(problem: SelectionProblem, layout: _Layout, as_published: bool) ->
     """Slot s is variable 2 s, the rank of its mass or the mass itself, and variable 2 s + 1, the angle."""
     ranks = np.arange(len(layout.mass), dtype=np.float64)
     masses = np.unique(layout.mass) if as_published else ranks
-    variables: list[Variable] = []
-    for p in layout.plane:
-        angles = tuple(layout.turned[p].tolist())
-        variables += [Discrete(tuple(masses.tolist())), Discrete(angles) if as_published else Circular(angles)]
+    mass = Discrete(tuple(masses.tolist()))
+    angle = [(Discrete if as_published else Circular)(tuple(angles.tolist())) for angles in layout.turned]
+    variables: list[Variable] = [variable for p in layout.plane for variable in (mass, angle[p])]
 
     def values(x: FloatArray) -> tuple[FloatArray, FloatArray]:
         rank, position = _decode(layout, x, as_published)
@@ -169,38 +202,40 @@ def _vectors(problem: SelectionProblem, layout: _Layout, rank: IntArray, positio
 
 
 def _repaired(problem: SelectionProblem, layout: _Layout, rank: IntArray, position: IntArray) -> IntArray:
-    """Ranks with every slot emptied that breaks a limit, slots taken in order."""
-    n = np.arange(len(rank))
-    left = np.tile(problem.stock.counts, (len(rank), 1))
-    mended = rank.copy()
+    """Ranks with every slot emptied that breaks a limit, slots taken in order.
+
+    Each slot is compared with those before it, not with a table of positions and stock: a box may be long.
+    """
+    mended, mass = rank.copy(), layout.mass[rank]
+    counts = np.append(problem.stock.counts, 0)[layout.item]
     for p, plane in enumerate(problem.planes):
         order = layout.order[p]
-        pieces = np.tile(plane.capacity[order], (len(rank), 1))
-        grams = np.zeros((len(rank), len(order)))
+        capacity, capacity_g = plane.capacity[order], plane.capacity_g[order]
+        mine = np.flatnonzero(layout.plane == p)
         total = np.zeros(len(rank))
-        for s in np.flatnonzero(layout.plane == p):
-            where, mass, item = position[:, s], layout.mass[rank[:, s]], layout.item[rank[:, s]]
-            taken = rank[:, s] > 0
-            fits = (pieces[n, where] > 0) & within_g(grams[n, where] + mass, plane.capacity_g[order][where])
-            fits &= within_g(total + mass, plane.max_mass_g) & (left[n, item] > 0)
+        for s in mine:
+            before, where, grams = slice(mine[0], s), position[:, s], mass[:, s]
+            here = (mended[:, before] > 0) & (position[:, before] == where[:, None])
+            fits = here.sum(axis=1) < capacity[where]
+            fits &= within_g((here * mass[:, before]).sum(axis=1) + grams, capacity_g[where])
+            fits &= within_g(total + grams, plane.max_mass_g)
+            fits &= (mended[:, :s] == rank[:, s : s + 1]).sum(axis=1) < counts[rank[:, s]]
             if plane.allowed is not None:
-                fits &= plane.allowed[order[where], item]
+                fits &= plane.allowed[order[where], layout.item[rank[:, s]]]
             mended[:, s] = np.where(fits, rank[:, s], 0)
-            kept = fits & taken
-            pieces[n, where] -= kept
-            grams[n, where] += kept * mass
-            total += kept * mass
-            left[n, item] -= kept
+            total += fits * grams
     return mended
 
 
 def _states(problem: SelectionProblem, layout: _Layout, search: Jaya, as_published: bool) -> Iterator[JayaState]:
     """Each generation's best as a selection; a member that breaks a limit is emptied where it does."""
     for state in search:
-        rank, position = _decode(layout, state.x[None, :], as_published)
+        rank, position = _decode(layout, search.run_bests(), as_published)
         rank = _repaired(problem, layout, rank, position)
-        value = float(evaluate(problem.objective, _vectors(problem, layout, rank, position))[0])
-        yield JayaState(state.number, _pieces(layout, rank[0], position[0]), value, state.evaluations)
+        values = evaluate(problem.objective, _vectors(problem, layout, rank, position))
+        best = int(values.argmin())
+        pieces = _pieces(layout, rank[best], position[best])
+        yield JayaState(state.number, pieces, float(values[best]), state.evaluations, tuple(values.tolist()))
 
 
 def _pieces(layout: _Layout, rank: IntArray, position: IntArray) -> Selection:
@@ -215,9 +250,9 @@ def _pieces(layout: _Layout, rank: IntArray, position: IntArray) -> Selection:
     )
 
 
-def _nothing_fits(problem: SelectionProblem) -> Iterator[JayaState]:
+def _nothing_fits(problem: SelectionProblem, runs: int) -> Iterator[JayaState]:
     """No plane takes a piece: the empty selection is the only one."""
     empty = np.array([plane.fixed for plane in problem.planes])
     value = float(evaluate(problem.objective, empty))
     for generation in count(1):
-        yield JayaState(generation, tuple(() for _ in problem.planes), value, 1)
+        yield JayaState(generation, tuple(() for _ in problem.planes), value, 1, (value,) * runs)

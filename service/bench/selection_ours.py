@@ -6,9 +6,11 @@ import statistics
 import time
 from dataclasses import dataclass
 
+import numpy as np
+
 from db.documents.plan import Method, PlanRequest
 from service.balancing.exact import ExactState, last_state, search_exact
-from service.balancing.jaya import budget, solve_jaya
+from service.balancing.jaya import budget, search_jaya
 from service.balancing.selection import SelectionResult
 from service.bench.selection_problems import Case
 from service.usecases.solvers import run_method
@@ -28,7 +30,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Runs:
-    """Values of one searcher's runs, one a seed, and the median time of a run, s. broken: runs that break a limit."""
+    """Values of one searcher's runs, and the time of a run, s. broken: runs that break a limit."""
 
     values: tuple[float, ...]
     seconds: float
@@ -68,18 +70,18 @@ def proved(case: Case, limit_s: float) -> tuple[ExactState, float]:
     return state, time.perf_counter() - begun
 
 
-def jaya_runs(case: Case, seeds: int, *, as_published: bool, limit_s: float) -> Runs:
-    """Modified Jaya by its budget (population x generations), or until the limit, once a seed."""
-    values, taken = [], []
-    for seed in range(1, seeds + 1):
-        begun = time.perf_counter()
+def jaya_runs(case: Case, runs: int, *, as_published: bool, limit_s: float) -> Runs:
+    """Independent runs of modified Jaya together, by their budget (population x generations) or until the limit.
 
-        def over(begun: float = begun) -> bool:
-            return time.perf_counter() - begun > limit_s
-
-        values.append(solve_jaya(case.problem, seed, as_published=as_published, stop=over).value)
-        taken.append(time.perf_counter() - begun)
-    return Runs(tuple(values), statistics.median(taken))
+    `seconds` is each run's share of the time.
+    """
+    rounds = budget(case.problem, as_published=as_published)[1]
+    begun = time.perf_counter()
+    search = search_jaya(case.problem, np.random.default_rng(1), runs=runs, as_published=as_published)
+    state = next(search)
+    while state.generation < rounds and time.perf_counter() - begun <= limit_s:
+        state = next(search)
+    return Runs(state.values, (time.perf_counter() - begun) / runs)
 
 
 def budget_of(case: Case, *, as_published: bool) -> str:

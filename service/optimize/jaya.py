@@ -108,6 +108,11 @@ class Jaya(Iterator[Generation]):
         """Objective of each run's best feasible member, (runs,); inf where there is none."""
         return np.asarray(np.where(self.violation <= 0.0, self.value, np.inf).min(axis=1), dtype=np.float64)
 
+    def run_bests(self) -> FloatArray:
+        """Each run's best member, (runs, d)."""
+        best = np.lexsort(self._keys(), axis=1)[:, 0]
+        return np.asarray(self.x[np.arange(len(best)), best], dtype=np.float64)
+
     def _random(self) -> FloatArray:
         return self._rng.uniform(self._lower, self._upper, self._shape)
 

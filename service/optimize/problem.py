@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from service.errors import NumericsError
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 FEASIBILITY = 1e-9
@@ -64,8 +66,14 @@ class Discrete:
 
     def snap(self, x: FloatArray) -> FloatArray:
         """Nearest listed value; halfway goes to the lower one."""
-        allowed = np.asarray(self.values)
-        return np.asarray(allowed[np.searchsorted((allowed[1:] + allowed[:-1]) / 2.0, x, side="left")])
+        allowed, between = self._grid
+        return np.asarray(allowed[np.searchsorted(between, x, side="left")])
+
+    @cached_property
+    def _grid(self) -> tuple[FloatArray, FloatArray]:
+        """The values, and the midpoints between them."""
+        allowed = np.asarray(self.values, dtype=np.float64)
+        return allowed, (allowed[1:] + allowed[:-1]) / 2.0
 
 
 @dataclass(frozen=True)
@@ -87,11 +95,17 @@ class Circular:
 
     def snap(self, x: FloatArray) -> FloatArray:
         """Nearest listed value around the circle."""
-        allowed = np.asarray(self.values)
+        allowed, between, seam = self._grid
+        turned = np.mod(x - seam, self.period)
+        return np.asarray(allowed[np.searchsorted(between, turned, side="left")])
+
+    @cached_property
+    def _grid(self) -> tuple[FloatArray, FloatArray, float]:
+        """The values, the midpoints between them counted from the seam, and the seam: that of the last and the first."""
+        allowed = np.asarray(self.values, dtype=np.float64)
         between = (np.append(allowed[1:], allowed[0] + self.period) + allowed) / 2.0
-        turned = np.mod(x - (between[-1] - self.period), self.period)
-        chosen = np.searchsorted(between[:-1] - (between[-1] - self.period), turned, side="left")
-        return np.asarray(allowed[chosen])
+        seam = float(between[-1]) - self.period
+        return allowed, between[:-1] - seam, seam
 
 
 Variable = Continuous | Integer | Discrete | Circular
@@ -125,16 +139,27 @@ class MixedProblem:
 
     def snap(self, x: FloatArray) -> FloatArray:
         """Nearest allowed member, repaired, for each row of x (n, d)."""
-        snapped = np.stack([v.snap(x[:, i]) for i, v in enumerate(self.variables)], axis=1)
+        snapped = np.empty_like(x)
+        for variable, columns in self._alike:
+            snapped[:, columns] = variable.snap(x[:, columns])
         return self.repair(snapped) if self.repair is not None else snapped
+
+    @cached_property
+    def _alike(self) -> list[tuple[Variable, IntArray]]:
+        """Each variable object once, with the columns that hold it."""
+        columns: dict[int, list[int]] = {}
+        for i, variable in enumerate(self.variables):
+            columns.setdefault(id(variable), []).append(i)
+        return [(self.variables[found[0]], np.array(found)) for found in columns.values()]
 
 
 def validate(problem: MixedProblem) -> None:
     """Raise NumericsError for a problem without variables or a variable without an allowed value."""
     if not problem.variables:
         raise NumericsError("the problem has no variable: state at least one", field="variables")
-    for number, variable in enumerate(problem.variables):
-        name = f"variable {number}"
+    first = {id(variable): number for number, variable in reversed(list(enumerate(problem.variables)))}
+    for number in sorted(first.values()):
+        variable, name = problem.variables[number], f"variable {number}"
         if isinstance(variable, Discrete | Circular):
             _listed(variable, name)
         elif not (math.isfinite(variable.lower) and math.isfinite(variable.upper) and variable.lower <= variable.upper):

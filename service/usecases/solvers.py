@@ -10,11 +10,13 @@ from db.documents.plan import Method, PlanRequest
 from service.balancing.alternatives import prefer, solve_fewest
 from service.balancing.certified import FIRST_GENERATIONS, FIRST_MEMBERS
 from service.balancing.exact import ExactState, exact_result, last_state, search_exact
-from service.balancing.jaya import solve_jaya
+from service.balancing.jaya import budget, runs_together, solve_jaya
 from service.balancing.placements import Selection, result_of
 from service.balancing.selection import SelectionProblem, SelectionResult, Status
 from service.errors import InvalidInput
 
+JAYA_RUNS = 4
+"""Independent runs of the modified Jaya where it answers alone; how many agree says how far to trust it."""
 JAYA_SHARE = 0.2
 """Share of the time limit that `certified` leaves to the modified Jaya."""
 FEWEST_SHARE = 0.75
@@ -74,7 +76,8 @@ def run_method(
         add("exact", lambda: _fewest(problem, limit, over(FEWEST_SHARE), over()))
     else:
         if request.method == "modified_jaya":
-            add("modified_jaya", lambda: solve_jaya(problem, request.seed, stop=over()))
+            runs = min(JAYA_RUNS, runs_together(problem, budget(problem, as_published=False)[0]))
+            add("modified_jaya", lambda: solve_jaya(problem, request.seed, runs=runs, stop=over()))
         elif request.method == "certified":
             add("modified_jaya", lambda: _first_answer(problem, request.seed, over(JAYA_SHARE)))
         if request.method != "modified_jaya":
