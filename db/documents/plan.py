@@ -104,7 +104,8 @@ class Offer:
     """A selection with its proof."""
 
     status: PlanStatus
-    """optimal: proved, nothing in the box does better; within_uncertainty: better by no more than can be measured;
+    """optimal: proved, nothing in the box does better (in a front: nothing of as few masses; mode fewest: fewer do not
+    meet the limit, and nothing of as few does better); within_uncertainty: better by no more than can be measured;
     limit_reached: the time was over; heuristic: nothing is proved; infeasible: see `reason`."""
     message: str
     """The status in a sentence."""
@@ -120,6 +121,9 @@ class Offer:
     """Proved: no selection has a smaller objective; in a front and with mode fewest, none of as few masses."""
     gap: float | None
     """Objective minus lower bound; null where nothing is proved."""
+    slack_proved: bool | None = None
+    """Whether fewest masses, then least mass, are proved among all within `slack`; false: the time was over before, see
+    `message`; null without slack."""
 
 
 @document
@@ -231,7 +235,8 @@ class Plan:
     inputs: PlanInputs
     """What else the answer depends on."""
     status: PlanStatus
-    """optimal: proved, nothing in the box does better; within_uncertainty: better by no more than can be measured;
+    """optimal: proved, nothing in the box does better (in a front: nothing of as few masses; mode fewest: fewer do not
+    meet the limit, and nothing of as few does better); within_uncertainty: better by no more than can be measured;
     limit_reached: the time was over; heuristic: nothing is proved; infeasible: see `reason`."""
     message: str
     """The status in a sentence."""
@@ -279,6 +284,9 @@ class Plan:
     """What was really fitted; null until then."""
     reserved_until: datetime | None = None
     """Until when its pieces are held in the box, UTC; null: nothing is held for it."""
+    slack_proved: bool | None = None
+    """Whether fewest masses, then least mass, are proved among all within `slack`; false: the time was over before, see
+    `message`; null without slack."""
 
 
 @document

@@ -107,6 +107,16 @@ class Session(SessionSummary):
 
 
 @document
+class EarlierBox:
+    """A box of stock masses that plans were made from before the session was given another."""
+
+    catalogue_id: Name
+    """Identifier, as in the `inputs` of those plans."""
+    catalogue: Catalogue
+    """The box; each plan states what was on hand."""
+
+
+@document
 class SessionLog:
     """All that is needed to find a session's answers again, without the service."""
 
@@ -120,6 +130,8 @@ class SessionLog:
     """The machine as the session has it."""
     catalogue: Catalogue | None = None
     """The box of stock masses; counts as received; each plan states what was on hand."""
+    earlier_boxes: Annotated[tuple[EarlierBox, ...], MAX_LIST] = ()
+    """Boxes of plans that were not made from `catalogue`."""
     run_out: Annotated[tuple[RunOut, ...], MAX_LIST] = ()
     """Run-out vectors."""
     on_rotor: Annotated[tuple[AsFoundPiece, ...], MAX_LIST] = ()

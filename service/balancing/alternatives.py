@@ -56,7 +56,7 @@ def front(problem: SelectionProblem, *, stop: Stop = lambda: False) -> Iterator[
     for pieces in range(total + 1):
         start = None if last is None else last.pieces
         state = last_state(search_exact(problem, start=start, most_pieces=pieces), lambda _: stop())
-        result = exact_result(problem, state)
+        result = exact_result(problem, state, limited=pieces < total)
         if last is None or result.value < last.value * (1.0 - SAME):
             yield FrontPoint(pieces, result)
             last = result
@@ -82,13 +82,24 @@ def solve_fewest(problem: SelectionProblem, limit: float, *, stop: Stop = lambda
         state = last_state(states, lambda now: now.lower_bound > allowed or stop())
         evaluations += state.evaluations
         if state.value <= allowed or stop() or state.exhausted:
-            found = exact_result(problem, state)
+            found = exact_result(problem, state, limited=True)
             status = found.status if state.value <= allowed else "limit_reached"
-            message = f"{pieces} pieces meet the limit, fewer do not; {found.message}"
-            if state.value > allowed:
-                message = f"stopped: fewer than {pieces} pieces do not meet the limit"
+            message = f"{enough(pieces)}; {found.message}" if state.value <= allowed else _unmet(state, pieces)
             return replace(found, status=status, message=message, evaluations=evaluations, details={"at_least": pieces})
     return explain_limit(problem, limit, evaluations, stop)
+
+
+def enough(pieces: int) -> str:
+    """Say that so many pieces meet the limit and fewer do not, in words."""
+    if pieces == 0:
+        return "the limit is met without any piece"
+    return f"{pieces} piece{'s meet' if pieces > 1 else ' meets'} the limit, fewer do not"
+
+
+def _unmet(state: ExactState, pieces: int) -> str:
+    how = "the search grew too large" if state.exhausted else "stopped before the proof"
+    fewer = f"fewer than {pieces} pieces do not meet the limit, " if pieces else ""
+    return f"{how}: {fewer}this selection does not either, whether another does is not known"
 
 
 def prefer(
@@ -96,28 +107,37 @@ def prefer(
 ) -> SelectionResult:
     """The selection of fewest pieces, then least mass, then commonest stock, whose objective is within `slack`.
 
-    result: a proved optimum; slack: in the objective's unit, on top of its value. With slack 0 that is `result`, whose
-    equals are told apart in this way already. The lower bound stays the problem's own.
+    result: the best, proved at least as far as can be measured, else there is nothing to be near to. slack: in the
+    objective's unit, on top of its value; with 0 that is `result`, whose equals are told apart in this way already. The
+    lower bound and the status stay the problem's own.
+    details["slack_proved"]: 1 where nothing of fewer pieces, or of as few and less mass, is within the slack; 0 where
+    `stop()` or memory ended the search for it: the message says what is left open.
     """
     if not slack >= 0.0:
         raise NumericsError(f"a slack of {slack}: state a value of 0 or more", field="slack", value=slack)
     if slack == 0.0 or result.pieces is None:
         return result
-    fewest = solve_fewest(problem, result.value + slack, stop=stop)
-    if fewest.pieces is None or fewest.value > result.value + slack * (1.0 + SAME):
-        return result
+    limit = result.value + slack
+    fewest = None if result.status == "limit_reached" else solve_fewest(problem, limit, stop=stop)
+    if fewest is None or fewest.pieces is None or fewest.value > limit * (1.0 + SAME):
+        told = f"{result.message}; stopped before fewer pieces within {slack:.3g} of it were searched to the end"
+        return replace(result, message=told, details={**result.details, "slack_proved": 0.0})
     pieces = sum(len(plane) for plane in fewest.pieces)
-    states = search_exact(problem, start=fewest.pieces, most_pieces=pieces, good_enough=result.value + slack)
+    states = search_exact(problem, start=fewest.pieces, most_pieces=pieces, good_enough=limit)
     state = last_state(states, lambda _: stop())
     vectors = vectors_of(problem, state.selection)
+    told = f"of those within {slack:.3g} of it, one of the fewest pieces ({pieces}) is taken"
+    if not state.proved:
+        told += "; stopped before the least mass among them was proved"
     return replace(
         result,
-        message=f"{result.message}; {pieces} pieces within {slack:.3g} of it preferred",
+        message=f"{result.message}; {told}",
         pieces=state.selection,
         value=float(evaluate(problem.objective, vectors)),
         vectors=vectors,
         residual=residual(problem.objective, vectors),
         evaluations=result.evaluations + fewest.evaluations + state.evaluations,
+        details={**result.details, "slack_proved": float(state.proved)},
     )
 
 

@@ -300,7 +300,7 @@ def solve_exact(
     """
     states = search_exact(problem, start=start, most_pieces=most_pieces)
     state = last_state(states, lambda now: now.value - now.lower_bound <= uncertainty or stop())
-    return exact_result(problem, state, uncertainty)
+    return exact_result(problem, state, uncertainty, limited=most_pieces is not None)
 
 
 def last_state(states: Iterator[ExactState], enough: Callable[[ExactState], bool]) -> ExactState:
@@ -314,17 +314,21 @@ def last_state(states: Iterator[ExactState], enough: Callable[[ExactState], bool
     return state
 
 
-def exact_result(problem: SelectionProblem, state: ExactState, uncertainty: float = 0.0) -> SelectionResult:
-    """Result of a search that ended in `state`."""
-    status, message = _ending(state, uncertainty)
+def exact_result(
+    problem: SelectionProblem, state: ExactState, uncertainty: float = 0.0, *, limited: bool = False
+) -> SelectionResult:
+    """Result of a search that ended in `state`; limited: it looked at selections of at most so many pieces only."""
+    status, message = _ending(state, uncertainty, "of as few pieces" if limited else "within the limits")
     return result_of(problem, state.selection, status, message, state.evaluations, state.lower_bound)
 
 
-def _ending(state: ExactState, uncertainty: float) -> tuple[Status, str]:
+def _ending(state: ExactState, uncertainty: float, among: str) -> tuple[Status, str]:
+    """Status and sentence; `among` says which selections were looked at."""
     gap = state.value - state.lower_bound
     if state.proved or gap <= 0.0:
-        return "optimal", "proved: no selection within the limits is better"
+        return "optimal", f"proved: no selection {among} is better"
     if gap <= uncertainty:
-        return "within_uncertainty", f"nothing can be better by more than {gap:.3g}, less than can be measured"
+        told = f"no selection {among} can be better by more than {gap:.3g}, less than can be measured"
+        return "within_uncertainty", told
     how = "the search grew too large" if state.exhausted else "stopped before the proof"
-    return "limit_reached", f"{how}: a better selection by up to {gap:.3g} is not excluded"
+    return "limit_reached", f"{how}: a selection {among} that is better by up to {gap:.3g} is not excluded"

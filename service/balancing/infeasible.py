@@ -10,11 +10,13 @@ import numpy as np
 
 from service.balancing.exact import Stop, last_state, search_exact, solve_exact
 from service.balancing.phasors import ComplexArray
-from service.balancing.placements import effective_g
+from service.balancing.placements import effective_g, slots
 from service.balancing.region import bounds_of
 from service.balancing.selection import UNLIMITED, SelectionPlane, SelectionProblem, SelectionResult, Stock
 
 SAME = 1e-9
+MOST_TOLD = 12
+"""Changes that a reason lists."""
 
 
 def explain_limit(
@@ -27,18 +29,18 @@ def explain_limit(
     """
     nearest = solve_exact(problem, stop=stop)
     continuous = _any_masses(problem)
-    reason = f"the best selection leaves {nearest.value:.4g}, the limit is {limit:.4g}"
+    best = "the best selection" if nearest.status == "optimal" else "the best selection found in time"
+    reason = f"{best} leaves {nearest.value:.4g}, the limit is {limit:.4g}"
     if continuous > limit * (1.0 + SAME):
         reason += (
             f"; masses of any size at any angle in these planes would leave {continuous:.4g}: "
             "raise the limit, add a plane, or look for another cause than unbalance"
         )
     else:
-        helping = [words for words, easier in _easier(problem) if not stop() and _meets(easier, limit, stop)]
-        reason += f"; it can be met with {', or with '.join(helping)}" if helping else "; no single change is enough"
+        reason += f"; {_what_helps(problem, limit, stop)}"
     return SelectionResult(
         status="infeasible",
-        message="proved: no selection within the limits meets the limit",
+        message="proved: no selection meets the limit",
         pieces=None,
         value=math.inf,
         lower_bound=nearest.lower_bound,
@@ -54,16 +56,55 @@ def _nothing(residual: ComplexArray) -> ComplexArray:
     return np.full(residual.shape, complex(math.nan, math.nan))
 
 
-def _meets(problem: SelectionProblem, limit: float, stop: Stop) -> bool:
-    """Whether some selection meets the limit, as far as can be told before `stop()`."""
+def _what_helps(problem: SelectionProblem, limit: float, stop: Stop) -> str:
+    """Every single change that makes the limit possible, in words; what there was no time to try is said."""
+    met = {words: _meets(easier, limit, stop) for words, easier in _easier(problem)}
+    bought, all_tried = _bought(problem, limit, stop)
+    helping = [words for words, enough in met.items() if enough] + bought
+    told = f"it can be met with {', or with '.join(helping[:MOST_TOLD])}" if helping else "no single change is enough"
+    if len(helping) > MOST_TOLD:
+        told += f", or with {len(helping) - MOST_TOLD} other pieces"
+    if all_tried and None not in met.values():
+        return told
+    return f"{told}; there was no time to try every other change" if helping else "no time to try what would help"
+
+
+def _meets(problem: SelectionProblem, limit: float, stop: Stop) -> bool | None:
+    """Whether some selection meets the limit; None where it is not known by `stop()` or for want of memory."""
+    if stop():
+        return None
     allowed = limit * (1.0 + SAME)
     state = last_state(search_exact(problem), lambda now: now.value <= allowed or now.lower_bound > allowed or stop())
-    return state.value <= allowed
+    if state.value <= allowed:
+        return True
+    return False if state.proved or state.lower_bound > allowed else None
+
+
+def _bought(problem: SelectionProblem, limit: float, stop: Stop) -> tuple[list[str], bool]:
+    """Single pieces more in the box that are enough, else more of every mass if that is; and whether all were tried.
+
+    More of every mass first: where that does not help, no single piece of a long box does.
+    """
+    stock = problem.stock
+    ample = replace(problem, stock=_unlimited(stock))
+    scarce = np.flatnonzero(stock.counts < sum(slots(plane, ample.stock) for plane in problem.planes))
+    enough = _meets(ample, limit, stop) if scarce.size else False
+    if not enough:
+        return [], enough is not None
+    single = []
+    for i in scarce:
+        if stop():
+            break
+        counts = stock.counts.copy()
+        counts[i] += 1
+        if _meets(replace(problem, stock=replace(stock, counts=counts)), limit, stop):
+            single.append(f"one more {stock.masses_g[i]:g} g piece")
+    return single or ["more pieces of every mass"], not stop()
 
 
 def _easier(problem: SelectionProblem) -> Iterator[tuple[str, SelectionProblem]]:
-    """Every single change of the limits that a technician might make, in words."""
-    planes, stock = problem.planes, problem.stock
+    """Every single change of machine and limits that a technician might make, in words."""
+    planes = problem.planes
 
     def changed(change: dict[str, object]) -> SelectionProblem:
         return replace(problem, planes=tuple(replace(plane, **change) for plane in planes))  # type: ignore[arg-type]
@@ -84,12 +125,6 @@ def _easier(problem: SelectionProblem) -> Iterator[tuple[str, SelectionProblem]]
     if any((plane.capacity <= 0).any() for plane in planes):
         opened = tuple(replace(p, capacity=np.maximum(p.capacity, 1)) for p in planes)
         yield "the blocked positions", replace(problem, planes=opened)
-    if (stock.counts < UNLIMITED).any():
-        for i in np.flatnonzero(stock.counts < UNLIMITED):
-            counts = stock.counts.copy()
-            counts[i] += 1
-            yield f"one more {stock.masses_g[i]:g} g piece", replace(problem, stock=replace(stock, counts=counts))
-        yield "more pieces of every mass", replace(problem, stock=_unlimited(stock))
 
 
 def _one_more(pieces: int) -> int:

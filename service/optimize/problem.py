@@ -101,7 +101,7 @@ class Circular:
 
     @cached_property
     def _grid(self) -> tuple[FloatArray, FloatArray, float]:
-        """The values, the midpoints between them counted from the seam, and the seam: that of the last and the first."""
+        """The values, the midpoints between them from the seam on, and the seam, between the last and the first."""
         allowed = np.asarray(self.values, dtype=np.float64)
         between = (np.append(allowed[1:], allowed[0] + self.period) + allowed) / 2.0
         seam = float(between[-1]) - self.period

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from db.documents.base import document, read_json
 from db.documents.correction import Correction, CorrectionRequest
+from db.documents.machine import CatalogueItem
 from db.documents.plan import Plan, PlanInputs, PlanRequest
 from db.documents.session import SessionLog
 from service.errors import InvalidInput
@@ -49,8 +50,9 @@ def read_log(text: str | bytes) -> SessionLog:
     except (ValueError, RecursionError) as wrong:
         raise _not_a_log(wrong) from None
     machine = normalised(log.machine)
-    if log.catalogue is not None:
-        check_catalogue(log.catalogue)
+    for box in (log.catalogue, *(earlier.catalogue for earlier in log.earlier_boxes)):
+        if box is not None:
+            check_catalogue(box)
     for index, run in enumerate(log.runs):
         check_masses(machine, run.masses, f"runs[{index}].masses")
         for place, reading in enumerate(run.readings):
@@ -105,7 +107,8 @@ def _plan(
     log: SessionLog, corrections: tuple[Correction, ...], given: Plan | _Wanted, monotonic: Callable[[], float]
 ) -> Plan:
     correction = next((c for c in corrections if c.id == given.request.correction_id), None)
-    if correction is None or log.catalogue is None:
+    items = _items(log, given.inputs)
+    if correction is None or items is None:
         raise InvalidInput(
             f"plan {given.number} needs a correction and a catalogue that the log does not hold",
             field="plans",
@@ -114,7 +117,7 @@ def _plan(
         )
     ground = Ground(
         machine=log.machine,
-        items=log.catalogue.items,
+        items=items,
         runs=log.runs,
         run_out=log.run_out,
         as_found=log.on_rotor,
@@ -130,6 +133,13 @@ def _plan(
         at=given.created_at,
         monotonic=monotonic,
     )
+
+
+def _items(log: SessionLog, inputs: PlanInputs) -> tuple[CatalogueItem, ...] | None:
+    """The kinds of stock mass that a plan was made from: those of its own box, as many as it has counts of."""
+    earlier = {box.catalogue_id: box.catalogue for box in log.earlier_boxes}
+    box = earlier.get(inputs.catalogue_id or "", log.catalogue)
+    return None if box is None else box.items[: len(inputs.counts)]
 
 
 def _changed(log: SessionLog, corrections: tuple[Correction, ...], plans: tuple[Plan, ...]) -> tuple[str, ...]:

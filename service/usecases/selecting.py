@@ -80,16 +80,26 @@ def solve(posed: Posed, monotonic: Callable[[], float]) -> Solved:
 def offer_of(posed: Posed, result: SelectionResult) -> Offer:
     """A result as placements with what is proved of them."""
     placements, off = posed.placements(result.pieces) if result.pieces is not None else ((), ())
+    slack_proved = result.details.get("slack_proved")
     return Offer(
         status=result.status,
-        message=result.message,
+        message=_counting(posed, result.message),
         reason=result.reason,
         placements=placements,
         taken_off=off,
         objective_value=mapping.known(result.value) if result.pieces is not None else None,
         lower_bound=_proved(result, result.lower_bound),
         gap=_proved(result, result.gap),
+        slack_proved=None if slack_proved is None else bool(slack_proved),
     )
+
+
+def _counting(posed: Posed, message: str) -> str:
+    """A message of mode fewest counts the pieces that are chosen: say which are not among them."""
+    kept = len(posed.ground.inputs.present) if posed.request.base == "present" else 0
+    if posed.request.mode == "best" or not kept:
+        return message
+    return f"{message} (pieces besides the {kept} that stay{'s' * (kept == 1)})"
 
 
 def _distinct(first: Offer, others: Sequence[Offer]) -> tuple[Offer, ...]:

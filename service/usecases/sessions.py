@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from db.documents.machine import Catalogue
-from db.documents.session import Session, SessionLog, SessionPatch, SessionRequest, SessionSummary
+from db.documents.plan import Plan
+from db.documents.session import EarlierBox, Session, SessionLog, SessionPatch, SessionRequest, SessionSummary
 from db.rows import CatalogueRow, MachineRow, SessionRow
 from db.store import Store
 from service.errors import Conflict
@@ -91,12 +94,20 @@ def log(work: Work, session_id: str) -> SessionLog:
             session_id=row.id,
             machine=row.machine,
             catalogue=None if box is None else Catalogue(name=box.name, items=box.items),
+            earlier_boxes=_earlier_boxes(store, row, view.plans),
             run_out=row.run_out,
             on_rotor=row.on_rotor,
             runs=view.runs,
             corrections=view.corrections,
             plans=view.plans,
         )
+
+
+def _earlier_boxes(store: Store, row: SessionRow, plans: Sequence[Plan]) -> tuple[EarlierBox, ...]:
+    """The boxes of plans that were made before the session was given the one it has, in their order."""
+    named = dict.fromkeys(plan.inputs.catalogue_id for plan in plans)
+    boxes = [require(store, CatalogueRow, key) for key in named if key is not None and key != row.catalogue_id]
+    return tuple(EarlierBox(catalogue_id=b.id, catalogue=Catalogue(name=b.name, items=b.items)) for b in boxes)
 
 
 def _view(store: Store, row: SessionRow) -> Session:

@@ -153,7 +153,7 @@ def _fewest(
         return found
     message = (
         f"{sum(map(len, state.selection))} pieces meet the limit, fewer than {found.details['at_least']:g} do not; "
-        "stopped before the proof of those between"
+        "stopped before those between were searched"
     )
     evaluations = found.evaluations + state.evaluations
     return result_of(
@@ -196,6 +196,6 @@ def _others(problem: SelectionProblem, state: ExactState, uncertainty: float) ->
             message = f"proved: no more than {rank} selection{'s' * (rank > 1)} within the limits can be better"
         elif gap <= uncertainty:
             status = "within_uncertainty"
-            message = f"nothing can be better by more than {gap:.3g}, less than can be measured"
+            message = f"no selection can be better by more than {gap:.3g}, less than can be measured"
         out.append(result_of(problem, selection, status, message, state.evaluations, state.lower_bound))
     return tuple(out)

@@ -164,3 +164,84 @@ def test_wrong_questions_are_refused() -> None:
     with pytest.raises(NumericsError, match="slack of -1"):
         prefer(small(), solve_exact(small()), -1.0)
     assert most_pieces(small()) == 4
+
+
+class Ticks:
+    """A stop that says yes after so many questions."""
+
+    def __init__(self, many: int) -> None:
+        self.left = many
+
+    def __call__(self) -> bool:
+        self.left -= 1
+        return self.left < 0
+
+
+def test_a_slack_without_time_to_use_it_says_so() -> None:
+    """After however many steps it ends: proved is what equals the judge, the rest is told as open."""
+    judge, best, slack = every_selection(small()), solve_exact(small()), 6000.0
+    good = min((pieces, mass) for value, pieces, mass in judge if value <= best.value + slack + 1e-6)
+    proved = set()
+    for many in range(0, 120, 8):
+        found = prefer(small(), best, slack, stop=Ticks(many))
+        assert found.pieces is not None
+        assert found.value <= best.value + slack * (1.0 + CLOSE)
+        pieces = [p for chosen in found.pieces for p in chosen]
+        kept = (len(pieces), sum(float(effective_g(small().stock)[p.item]) for p in pieces))
+        proved.add(found.details["slack_proved"])
+        if found.details["slack_proved"]:
+            assert kept == good
+            assert "stopped" not in found.message
+        else:
+            assert "; stopped before" in found.message
+        if found.value == best.value:
+            assert kept >= good
+    assert proved == {0.0, 1.0}
+    assert "slack_proved" not in prefer(small(), best, 0.0).details
+
+
+def test_as_few_pieces_are_all_that_a_front_and_the_fewest_speak_of() -> None:
+    points = list(front(small()))
+    assert len(points) > 2
+    for point in points[:-1]:
+        assert point.result.message == "proved: no selection of as few pieces is better"
+    fewest = solve_fewest(small(), points[1].result.value)
+    assert fewest.message == "1 piece meets the limit, fewer do not; proved: no selection of as few pieces is better"
+    none = solve_fewest(small(), points[0].result.value)
+    assert none.message.startswith("the limit is met without any piece; proved: no selection of as few")
+    assert solve_exact(small()).message == "proved: no selection within the limits is better"
+
+
+def infeasible_box() -> SelectionProblem:
+    """90 g are wanted in one hole that takes all; the box holds two pieces of 20 g, three may be fitted."""
+    objective = components(np.array([90j]), np.array([100.0]))
+    return SelectionProblem(objective, (plane(even_positions(4), 3),), stock((20.0, 15.0), counts=2))
+
+
+def test_reasons_cut_short_say_so() -> None:
+    """However early the time is over, a reason names only what helps, and says when not everything was tried."""
+    limit = 1600.0  # 32 g may be missing: three pieces of 20 g will do
+    whole = solve_fewest(infeasible_box(), limit).reason or ""
+    assert "it can be met with one more piece in each plane, or with one more 20 g piece" in whole
+    assert "no time" not in whole
+    begun = 0
+    for many in range(0, 200, 9):
+        found = solve_fewest(infeasible_box(), limit, stop=Ticks(many))
+        if found.status != "infeasible":
+            continue
+        begun += 1
+        reason = found.reason or ""
+        assert ("no time to try" in reason) or reason == whole
+        assert "no single change is enough" not in reason
+        assert "one more 15 g piece" not in reason
+    assert begun > 6
+
+
+def test_a_long_box_is_told_in_a_short_reason() -> None:
+    """Thirteen kinds, one piece of each, and one piece too few: whichever is bought helps."""
+    objective = components(np.array([14 * 20.24]), np.array([100.0]))
+    kinds = tuple(20.0 + 0.04 * n for n in range(13))
+    one = SelectionProblem(objective, (plane(even_positions(1), 14),), stock(kinds, counts=1))
+    reason = solve_fewest(one, 100.0).reason or ""
+    assert reason.count("one more") == 12
+    assert reason.endswith(", or with 1 other pieces")
