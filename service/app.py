@@ -11,6 +11,7 @@ from fastapi import FastAPI
 from service import bootstrap
 from service.api import openapi, problems
 from service.api.guard import Guard
+from service.api.headers import SecurityHeaders
 from service.api.limits import BodyLimit
 from service.api.routers import blocks, health, live, machines, readings, sessions
 from service.settings import Settings
@@ -37,11 +38,14 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
         version=__version__,
         description=openapi.DESCRIPTION,
         lifespan=lifespan,
+        docs_url=None,
+        redoc_url=None,
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.attempts = Attempts(time.monotonic)
     app.add_middleware(BodyLimit, most=settings.max_body_bytes)
     app.add_middleware(Guard, loopback=settings.loopback)
+    app.add_middleware(SecurityHeaders)
     problems.install(app)
     routers = (machines.router, sessions.router, live.router, readings.router, blocks.router, health.router)
     for router in routers:

@@ -18,7 +18,7 @@ EVERYONE: frozenset[Scope] | None = None
 """No token is needed: what the operation tells or does is no secret."""
 
 _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
-    (EVERYONE, ("get_health", "openapi", "swagger_ui_html", "swagger_ui_redirect", "redoc_html")),
+    (EVERYONE, ("get_health", "openapi", "show_api_document")),
     # A bridge sends what a balancer measured and can do nothing else: not even bind its source, or read.
     (SENDERS, ("add_readings", "add_answer", "add_block")),
     (

@@ -9,6 +9,11 @@ from service.api.problems import problem
 PATIENCE = 16
 """A body up to so many times too long is read to its end and dropped: the client then sees the answer, not a reset."""
 
+_ADVICE = {
+    "readings": "send readings in smaller batches",
+    "blocks": "send shorter blocks, or fewer channels in each",
+}
+
 
 class BodyLimit:
     """Middleware that answers 413 to a body longer than `most` bytes and never holds more than that."""
@@ -56,7 +61,7 @@ class BodyLimit:
             "too_large",
             f"the body is longer than {self.most} bytes",
             value=self.most,
-            advice="send readings in smaller batches",
+            advice=_ADVICE.get(scope["path"].rpartition("/")[2], "leave out what is not needed, or send it in parts"),
             headers={"connection": "close"},
         )
         await response(scope, receive, send)

@@ -51,6 +51,11 @@ class Scale:
         return _SI[self.quantity][self.unit] / _PER_PEAK[self.detection]
 
 
+def is_unit_of(quantity: Quantity, unit: str) -> bool:
+    """Whether a vibration of this quantity may be stated in this unit."""
+    return unit in _SI[quantity]
+
+
 def angular_speed(speed_rpm: float) -> float:
     """Radians per second of a speed in r/min; raises NumericsError unless it is finite and positive."""
     if not (math.isfinite(speed_rpm) and speed_rpm > 0.0):

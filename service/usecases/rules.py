@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import get_args
 
-from db.documents.machine import Catalogue, Machine, Plane, Sensor
+from db.documents.machine import Catalogue, Machine, Plane, Sensor, Unit
 from db.documents.run import MassOnRotor
 from db.documents.session import AsFoundPiece
 from service.balancing.phasors import normal_degrees
-from service.balancing.units import Scale
+from service.balancing.units import Scale, is_unit_of
 from service.errors import InvalidInput, NumericsError
 
 POSITION_TOLERANCE_DEG = 1e-6
@@ -19,7 +20,7 @@ POSITION_TOLERANCE_DEG = 1e-6
 def normalised(machine: Machine) -> Machine:
     """The machine with its positions in 0 <= angle < 360, once all its rules hold. Raises InvalidInput."""
     for field in ("planes", "sensors", "bearings"):
-        _unique(field, [part.name for part in getattr(machine, field)])
+        require_unique(field, [part.name for part in getattr(machine, field)])
     for index, sensor in enumerate(machine.sensors):
         _check_sensor(machine, f"sensors[{index}]", sensor)
     places = [bearing.axial_mm for bearing in machine.bearings]
@@ -36,7 +37,7 @@ def normalised(machine: Machine) -> Machine:
 
 def check_catalogue(catalogue: Catalogue) -> None:
     """A mass appears once in a box. Raises InvalidInput."""
-    _unique("items", [item.mass_g for item in catalogue.items], "give each mass one line and add up the counts")
+    require_unique("items", [item.mass_g for item in catalogue.items], "give each mass one line and add up the counts")
 
 
 def plane_index(machine: Machine, name: str, field: str) -> int:
@@ -93,18 +94,22 @@ def _check_sensor(machine: Machine, field: str, sensor: Sensor) -> None:
     try:
         Scale(sensor.quantity, sensor.unit, sensor.detection)
     except NumericsError as wrong:
-        raise InvalidInput(
-            wrong.message, field=f"{field}.{wrong.field}", value=wrong.value, advice=wrong.advice
-        ) from None
+        advice = wrong.advice
+        if wrong.field == "unit":
+            fitting = [unit for unit in get_args(Unit) if is_unit_of(sensor.quantity, unit)]
+            advice = f"use one of: {', '.join(fitting)}"
+        raise InvalidInput(wrong.message, field=f"{field}.{wrong.field}", value=wrong.value, advice=advice) from None
     if sensor.bearing is not None:
         _index([bearing.name for bearing in machine.bearings], sensor.bearing, f"{field}.bearing", "bearing")
 
 
 def _checked_plane(field: str, plane: Plane) -> Plane:
     positions = tuple(normal_degrees(angle) for angle in plane.positions_deg)
-    _unique(f"{field}.positions_deg", [round(angle, 6) % 360.0 for angle in positions], "each position is listed once")
+    require_unique(
+        f"{field}.positions_deg", [round(angle, 6) % 360.0 for angle in positions], "each position is listed once"
+    )
     if plane.hole_labels is not None:
-        _unique(f"{field}.hole_labels", plane.hole_labels)
+        require_unique(f"{field}.hole_labels", plane.hole_labels)
         if len(plane.hole_labels) != len(positions):
             raise InvalidInput(
                 f"{len(plane.hole_labels)} hole labels for {len(positions)} positions",
@@ -123,7 +128,8 @@ def _checked_plane(field: str, plane: Plane) -> Plane:
     return replace(plane, positions_deg=positions)
 
 
-def _unique(field: str, values: Iterable[object], advice: str = "give each its own name") -> None:
+def require_unique(field: str, values: Iterable[object], advice: str = "give each its own name") -> None:
+    """Refuse a value that appears twice. Raises InvalidInput."""
     seen: set[object] = set()
     for value in values:
         if value in seen:

@@ -25,7 +25,7 @@ from service.errors import InvalidInput, NumericsError
 from service.usecases import mapping, quality
 from service.usecases.fitting import Fitted, fit_runs, fit_saved, fit_without_phase
 from service.usecases.mapping import Channel
-from service.usecases.rules import check_masses, plane_index
+from service.usecases.rules import check_masses, plane_index, require_unique
 
 _OF_A_FIT = ("method", "damping", "max_mass_g", "planes", "mounted_later")
 _OF_A_BALANCER = ("masses", "answer_id")
@@ -121,6 +121,7 @@ def wishes(machine: Machine, runs: Sequence[Run], rows: Sequence[Channel], reque
     """What the correction must respect, in arrays. Raises InvalidInput for an unknown plane."""
     planes: tuple[int, ...] | None = None
     if request.planes is not None:
+        require_unique("planes", request.planes, "name each plane once")
         planes = tuple(plane_index(machine, name, f"planes[{i}]") for i, name in enumerate(request.planes))
     later = request.mounted_later
     if later is not None:

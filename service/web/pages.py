@@ -6,9 +6,9 @@ from fastapi import Depends, FastAPI
 
 from service.web import assets, problems
 from service.web.form_tokens import require_form_token
-from service.web.routers import home, login, preferences
+from service.web.routers import api_document, home, login, preferences
 
-ROUTERS = (home.router, login.router, preferences.router)
+ROUTERS = (api_document.router, home.router, login.router, preferences.router)
 
 
 def install(app: FastAPI) -> None:
