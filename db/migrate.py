@@ -40,8 +40,12 @@ def newest_revision() -> str | None:
 
 def is_known(revision: str | None) -> bool:
     """Whether this version of Drumtrue has the migration; a newer version's database is at one it has not."""
-    known = {script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()}
-    return revision is None or revision in known
+    return revision is None or revision in revisions()
+
+
+def revisions() -> list[str]:
+    """All revisions, oldest first."""
+    return [script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()][::-1]
 
 
 def drift(database: Database) -> list[object]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
-from sqlalchemy import CursorResult, Select, and_, bindparam, delete, func, insert, or_, select, tuple_, update
-from sqlalchemy.dialects import postgresql, sqlite
+from sqlalchemy import Select, and_, bindparam, delete, func, insert, or_, select, tuple_, update
 from sqlalchemy.orm import Session
 
+from db.bulk import NewReading, insert_new
 from db.rows import (
     BalancerAnswerRow,
     Base,
@@ -129,12 +129,9 @@ class Store:
         ).all()
 
     # ------------------------------------------------------------ readings
-    def add_new(self, kind: type[ReadingRow | BalancerAnswerRow], rows: list[dict[str, Any]]) -> int:
-        """Insert rows whose (source, sequence) is not stored yet; returns how many were."""
-        dialect = self._session.get_bind().dialect.name
-        statement = (postgresql if dialect == "postgresql" else sqlite).insert(kind).on_conflict_do_nothing()
-        result = cast("CursorResult[Any]", self._session.connection().execute(statement, rows))
-        return result.rowcount
+    def add_readings(self, rows: Sequence[NewReading]) -> int:
+        """Insert readings whose (source, sequence) is not stored yet; returns how many were."""
+        return insert_new(self._session.connection(), rows)
 
     def known(
         self, kind: type[ReadingRow | BalancerAnswerRow], keys: Sequence[tuple[str, int]]

@@ -18,13 +18,14 @@ from service.usecases.work import Work
 def migrate_database(settings: Settings) -> tuple[str | None, str | None]:
     """Bring the schema up to date; returns its revision before and after."""
     database = _database(settings)
-    with _answering(settings):
-        before = migrate.present_revision(database)
-        _require_known(before)
-        migrate.upgrade(database)
-        after = migrate.present_revision(database)
-    database.close()
-    return before, after
+    try:
+        with _answering(settings):
+            before = migrate.present_revision(database)
+            _require_known(before)
+            migrate.upgrade(database)
+            return before, migrate.present_revision(database)
+    finally:
+        database.close()
 
 
 def open_database(settings: Settings) -> Database:
@@ -34,22 +35,30 @@ def open_database(settings: Settings) -> Database:
     version has migrated.
     """
     database = _database(settings)
-    with _answering(settings):
-        _require_known(migrate.present_revision(database))
-        if database.embedded:
-            migrate.upgrade(database)
-            return database
-        present, newest = migrate.present_revision(database), migrate.newest_revision()
-    if present != newest:
+    try:
+        with _answering(settings):
+            _make_current(database)
+    except BaseException:
         database.close()
-        raise Conflict(
-            f"the database's schema is at revision {present}, this version needs {newest}",
-            code="schema_out_of_date",
-            field="database_url",
-            value=present,
-            advice="run `drumtrue migrate` with the same database address, then start again",
-        )
+        raise
     return database
+
+
+def _make_current(database: Database) -> None:
+    present, newest = migrate.present_revision(database), migrate.newest_revision()
+    _require_known(present)
+    if present == newest:
+        return
+    if database.embedded:
+        migrate.upgrade(database)
+        return
+    raise Conflict(
+        f"the database's schema is at revision {present}, this version needs {newest}",
+        code="schema_out_of_date",
+        field="database_url",
+        value=present,
+        advice="run `drumtrue migrate` with the same database address, then start again",
+    )
 
 
 def _database(settings: Settings) -> Database:

@@ -48,7 +48,7 @@ class Engine:
 def engine_named(name: str) -> Engine:
     """The engine of this name; a test that needs a server which cannot be started is skipped with the reason."""
     if name == "sqlite":
-        return Engine(name, _sqlite_path, _sqlite_copy, lambda url: None)
+        return Engine(name, _sqlite_path, _sqlite_copy, lambda _url: None)
     server = _server()
     if isinstance(server, str):
         pytest.skip(server)

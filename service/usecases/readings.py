@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import Any
 
+from db.bulk import NewReading
 from db.documents.base import document
 from db.documents.machine import Machine
 from db.documents.run import BalancerAnswer
@@ -85,14 +86,14 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
             advice="send them in smaller batches",
         )
     with work.write() as store:
-        rows: dict[tuple[str, int], dict[str, Any]] = {}
+        rows: dict[tuple[str, int], NewReading] = {}
         targets = _Targets(store)
         for index, reading in enumerate(readings):
-            row = _row(targets, reading, f"[{index}]")
+            row = _row(targets, reading, index)
             key = (reading.source, reading.sequence)
             if rows.setdefault(key, row) != row:
                 raise _reused(key, f"[{index}].sequence")
-        accepted = store.add_new(ReadingRow, list(rows.values()))
+        accepted = store.add_readings(list(rows.values()))
         if accepted < len(rows):
             # Only now is it worth looking: what was stored before must have been the same.
             _check_same(store, rows)
@@ -145,7 +146,18 @@ class _Targets:
     def __init__(self, store: Store) -> None:
         self._store = store
         self._of: dict[tuple[str, str | None], str] = {}
-        self._sensors: dict[str, set[str]] = {}
+        self._of_sensor: dict[tuple[str, str | None, str], str] = {}
+
+    def of_reading(self, reading: Reading, index: int) -> str:
+        """The machine, once source, session and sensor are known to fit; thousands of readings ask for the same."""
+        key = (reading.source, reading.session_id, reading.sensor)
+        found = self._of_sensor.get(key)
+        if found is None:
+            _check_source(reading.source, f"[{index}].source")
+            found = self.machine_of(reading.source, reading.session_id, f"[{index}].session_id")
+            sensor_index(self.machine(found), reading.sensor, f"[{index}].sensor")
+            self._of_sensor[key] = found
+        return found
 
     def machine_of(self, source: str, session_id: str | None, field: str) -> str:
         key = (source, session_id)
@@ -155,12 +167,6 @@ class _Targets:
 
     def machine(self, machine_id: str) -> Any:
         return require(self._store, MachineRow, machine_id).spec
-
-    def check_sensor(self, machine_id: str, sensor: str, field: str) -> None:
-        if machine_id not in self._sensors:
-            self._sensors[machine_id] = {s.name for s in self.machine(machine_id).sensors}
-        if sensor not in self._sensors[machine_id]:
-            sensor_index(self.machine(machine_id), sensor, field)
 
     def _look_up(self, source: str, session_id: str | None, field: str) -> str:
         bound = self._store.get(SourceRow, source)
@@ -187,46 +193,44 @@ class _Targets:
         return session.machine_id
 
 
-def _row(targets: _Targets, reading: Reading, where: str) -> dict[str, Any]:
-    _check_time_and_source(reading, where)
-    machine_id = targets.machine_of(reading.source, reading.session_id, f"{where}.session_id")
-    targets.check_sensor(machine_id, reading.sensor, f"{where}.sensor")
-    return {
-        "source": reading.source,
-        "sequence": reading.sequence,
-        "machine_id": machine_id,
-        "session_id": reading.session_id,
-        "taken_at": reading.taken_at,
-        "sensor": reading.sensor,
-        "amplitude": reading.amplitude,
-        "phase_deg": reading.phase_deg,
-        "speed_rpm": reading.speed_rpm,
-        "scatter": reading.scatter,
-        "overall_rms": reading.overall_rms,
-    }
-
-
-def _check_same(store: Store, rows: dict[tuple[str, int], dict[str, Any]]) -> None:
-    for key, stored in store.known(ReadingRow, list(rows)).items():
-        # The machine is not sent: a source that was moved since still sent the same reading.
-        if any(getattr(stored, name) != value for name, value in rows[key].items() if name != "machine_id"):
-            raise _reused(key, "sequence")
-
-
-def _check_time_and_source(reading: Reading, where: str) -> None:
-    """Refuse what a Reading's type lets pass and no table takes: a time without zone, a name with control signs."""
+def _row(targets: _Targets, reading: Reading, index: int) -> NewReading:
     if reading.taken_at.tzinfo is None:
         raise InvalidInput(
             "the time has no zone",
-            field=f"{where}.taken_at",
+            field=f"[{index}].taken_at",
             value=reading.taken_at.isoformat(),
             advice="send the time as RFC 3339 with its zone, such as 2026-03-01T12:00:00Z",
         )
-    if not reading.source.isprintable():
+    return NewReading(
+        reading.source,
+        reading.sequence,
+        targets.of_reading(reading, index),
+        reading.session_id,
+        reading.taken_at,
+        reading.sensor,
+        reading.amplitude,
+        reading.phase_deg,
+        reading.speed_rpm,
+        reading.scatter,
+        reading.overall_rms,
+    )
+
+
+def _check_same(store: Store, rows: dict[tuple[str, int], NewReading]) -> None:
+    for key, stored in store.known(ReadingRow, list(rows)).items():
+        # The machine is not sent: a source that was moved since still sent the same reading.
+        sent = rows[key]._replace(machine_id=stored.machine_id)
+        if any(getattr(stored, name) != value for name, value in sent._asdict().items()):
+            raise _reused(key, "sequence")
+
+
+def _check_source(source: str, field: str) -> None:
+    """Refuse what a Reading's type lets pass and no table takes: a name with control signs."""
+    if not source.isprintable():
         raise InvalidInput(
             "the name of the source holds signs that cannot be printed",
-            field=f"{where}.source",
-            value=reading.source,
+            field=field,
+            value=source,
             advice="name the source in letters, figures and signs",
         )
 

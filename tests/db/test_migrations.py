@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,16 +14,16 @@ from db.rows import Base
 from service import bootstrap
 from service.errors import Conflict
 from service.settings import Settings
-from tests.api.workshop import workshop
-
-FIRST = "0001"
-"""The revision that a database of the first release is at."""
+from tests.api.workshop import Workshop
+from tests.db.filling import counted, fill
 
 
 @pytest.fixture
-def database(empty_url: str) -> Database:
+def database(empty_url: str) -> Iterator[Database]:
     """A database without any table."""
-    return Database(empty_url)
+    opened = Database(empty_url)
+    yield opened
+    opened.close()
 
 
 def tables(database: Database) -> set[str]:
@@ -41,26 +42,39 @@ def test_up_and_down(database: Database) -> None:
     assert tables(database) == {table.name for table in Base.metadata.sorted_tables}
 
 
-def test_every_step_down_and_up_again_keeps_what_it_can(empty_url: str) -> None:
-    """With a whole session stored: each migration above the first is undone and done again over its rows."""
-    with workshop(empty_url) as shop:
-        shop.ask("PUT", "/sources/bridge", {"machine_id": shop.machine()})
-        session = shop.session()
-        shop.fit(shop.planned(session))
-        before = shop.get(f"/sessions/{session}")
-        rows = {table.name: shop.count(table.name) for table in Base.metadata.sorted_tables}
-        migrate.downgrade(shop.work.database, FIRST)
-        assert migrate.present_revision(shop.work.database) == FIRST
-        migrate.upgrade(shop.work.database)
-        assert {table.name: shop.count(table.name) for table in Base.metadata.sorted_tables} == rows
-        assert shop.get(f"/sessions/{session}") == before
+def test_every_revision_up_and_down_with_rows_in_every_table(database: Database) -> None:
+    """Rows of every table and every revision come through all steps up; steps down keep those of the tables left."""
+    revisions = migrate.revisions()
+    for revision in revisions:
+        migrate.upgrade(database, revision)
+        before = counted(database)
+        fill(database.engine)
+        assert all(rows > before[table] for table, rows in counted(database).items())
+    whole = counted(database)
+    for revision in reversed(revisions[:-1]):
+        before = counted(database)
+        migrate.downgrade(database, revision)
+        left = counted(database)
+        assert left == {table: before[table] for table in left}
+    for revision in revisions:
+        left = counted(database)
+        migrate.upgrade(database, revision)
+        assert counted(database).items() >= left.items()
+    assert set(counted(database)) == set(whole)
+    migrate.downgrade(database, "base")
+    assert tables(database) == set()
 
 
-def test_down_to_nothing_with_data_in_the_tables(empty_url: str) -> None:
-    with workshop(empty_url) as shop:
-        shop.fit(shop.planned(shop.session()))
-        migrate.downgrade(shop.work.database, "base")
-        assert tables(shop.work.database) == set()
+def test_a_whole_session_comes_through_a_step_down_and_up(shop: Workshop) -> None:
+    shop.ask("PUT", "/sources/bridge", {"machine_id": shop.machine()})
+    session = shop.session()
+    shop.fit(shop.planned(session))
+    before = shop.get(f"/sessions/{session}")
+    for revision in reversed(migrate.revisions()):
+        migrate.downgrade(shop.work.database, revision)
+        assert migrate.present_revision(shop.work.database) == revision
+    migrate.upgrade(shop.work.database)
+    assert shop.get(f"/sessions/{session}") == before
 
 
 def test_migrations_and_tables_do_not_drift_apart(database: Database) -> None:
@@ -75,13 +89,13 @@ def test_drift_is_seen(database: Database) -> None:
     assert migrate.drift(database) != []
 
 
-def test_an_empty_embedded_database_is_migrated_when_it_is_opened(empty_url: str) -> None:
-    opened = bootstrap.open_database(Settings(database_url=empty_url))
+def test_an_empty_embedded_database_is_migrated_when_it_is_opened(tmp_path: Path) -> None:
+    opened = bootstrap.open_database(Settings(database_url=f"sqlite:///{tmp_path / 'drumtrue.db'}"))
     assert migrate.present_revision(opened) == migrate.newest_revision()
 
 
 def test_a_server_database_that_is_out_of_date_is_refused(empty_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A PostgreSQL is shared: nobody migrates it by starting. Here any engine stands for it."""
+    """A PostgreSQL is shared: nobody migrates it by starting. An SQLite that is taken for one stands for any server."""
     monkeypatch.setattr(Database, "embedded", False)
     settings = Settings(database_url=empty_url)
     with pytest.raises(Conflict, match="revision None") as refused:
@@ -89,18 +103,21 @@ def test_a_server_database_that_is_out_of_date_is_refused(empty_url: str, monkey
     assert refused.value.code == "schema_out_of_date"
     assert "drumtrue migrate" in (refused.value.advice or "")
     assert bootstrap.migrate_database(settings) == (None, migrate.newest_revision())
-    assert migrate.present_revision(bootstrap.open_database(settings)) == migrate.newest_revision()
+    opened = bootstrap.open_database(settings)
+    assert migrate.present_revision(opened) == migrate.newest_revision()
+    opened.close()
 
 
-def test_a_schema_newer_than_the_program_is_refused(database: Database, empty_url: str) -> None:
-    migrate.upgrade(database)
+def test_a_schema_newer_than_the_program_is_refused(url: str) -> None:
+    database = Database(url)
     with database.engine.begin() as connection:
         connection.execute(text("UPDATE alembic_version SET version_num = '9999'"))
+    database.close()
     with pytest.raises(Conflict) as refused:
-        bootstrap.open_database(Settings(database_url=empty_url))
+        bootstrap.open_database(Settings(database_url=url))
     assert refused.value.code == "schema_out_of_date"
     with pytest.raises(Conflict, match="9999"):
-        bootstrap.migrate_database(Settings(database_url=empty_url))
+        bootstrap.migrate_database(Settings(database_url=url))
 
 
 def test_the_folder_of_a_new_file_is_made(tmp_path: Path) -> None:
