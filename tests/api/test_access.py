@@ -289,7 +289,7 @@ def test_secrets_are_stored_and_told_nowhere(
     said = capsys.readouterr()
     texts = [repr(shop.rows()), caplog.text, said.out, said.err, *(answer.text for answer in answers)]
     files = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()]
-    assert files
+    assert files or not shop.work.database.embedded
     for secret in (token, token.rpartition("_")[2], cookie):
         assert not any(secret in text for text in texts)
         assert not any(secret.encode() in contents for contents in files)

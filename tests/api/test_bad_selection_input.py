@@ -196,6 +196,7 @@ def warehouse(shared_shop: Workshop) -> tuple[str, Any]:
     return session, shared_shop.correct(session)
 
 
+@pytest.mark.arithmetic
 class TestTenThousandKinds:
     def test_one_a_plane_is_proved(self, shared_shop: Workshop, warehouse: tuple[str, Any]) -> None:
         plan = shared_shop.plan(*warehouse, method="certified")

@@ -74,6 +74,7 @@ class TestBest:
         assert bench.plan()["placement_spread"] is None
 
 
+@pytest.mark.arithmetic
 class TestSlack:
     @pytest.mark.parametrize(("objective", "norm"), ALL[:3])
     def test_fewer_pieces_then_less_mass_within_it(self, bench: Bench, objective: str, norm: str | None) -> None:

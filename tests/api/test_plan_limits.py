@@ -11,6 +11,7 @@ from tests.api.tiny_bench import EVERYTHING, SAME, Bench, answer_of, chosen
 from tests.api.workshop import DRUM, on_rotor, vector_of
 
 
+@pytest.mark.arithmetic
 class TestDeadline:
     @pytest.mark.parametrize("limit_s", [1e-6, 3e-5, 1e-3])
     @pytest.mark.parametrize("method", ["certified", "modified_jaya"])
@@ -89,6 +90,7 @@ class TestDeadline:
         assert met_without_proof
 
 
+@pytest.mark.arithmetic
 class TestUncertainty:
     @pytest.mark.parametrize(("objective", "norm"), [("residual_vibration", "sum"), ("components", None)])
     def test_what_the_measurement_cannot_tell_is_not_searched_for(

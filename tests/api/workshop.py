@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import atexit
 import cmath
 import hmac
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cache
 from typing import Any
 
+from anyio.from_thread import BlockingPortal, start_blocking_portal
 from fastapi import FastAPI
 from fastapi.testclient import TestClient
 from sqlalchemy import func, select
@@ -289,10 +291,24 @@ def workshop(url: str) -> Iterator[Workshop]:
     before = getattr(app.state, "work", None)
     app.state.work, app.state.attempts = work, Attempts(StopWatch())
     try:
-        yield Workshop(Tablet(app, base_url=HERE), work, now)
+        yield Workshop(tablet(app), work, now)
     finally:
         app.state.work = before
         work.database.close()
+
+
+def tablet(app: FastAPI) -> Tablet:
+    """A client whose requests all run on one event loop: of themselves they would start one each."""
+    made = Tablet(app, base_url=HERE)
+    made.portal = _portal()
+    return made
+
+
+@cache
+def _portal() -> BlockingPortal:
+    held = ExitStack()
+    atexit.register(held.close)
+    return held.enter_context(start_blocking_portal())
 
 
 @cache
