@@ -67,7 +67,7 @@ class CanDriver(BaseDriver):
             words.append(f"balancer {decoder.status}")
         words += [f"{reason} {count}" for reason, count in decoder.counts.items() if count]
         if decoder.lost_frames:
-            unread = f" ({decoder.lost_unread} while nothing read the bus)" if decoder.lost_unread else ""
+            unread = f" (about {decoder.lost_unread} while nothing read the bus)" if decoder.lost_unread else ""
             words.append(f"frames lost {decoder.lost_frames}{unread}")
         return ", ".join(words)
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import random
 import socket
 import sqlite3
@@ -26,6 +27,7 @@ from service.cli.hardware import machine_of
 from service.cli.serving import serving
 from service.settings import Settings
 from tests.drivers.frames import readings
+from tests.e2e.namespaces import no_namespace, run_inside
 from tests.e2e.processes import Process, serve
 
 
@@ -56,7 +58,7 @@ class Place:
 
     def bind(self) -> None:
         """The source bound to a machine, if it is not yet."""
-        with httpx2.Client(base_url=f"{self.url}/api/v1", trust_env=False) as api:
+        with httpx2.Client(base_url=f"{self.url}/api/v1", trust_env=False, timeout=60.0) as api:
             machine = api.post("/machines", json=machine_of(threshing_drum_example(1), "drum")).json()
             api.put("/sources/can", json={"machine_id": machine["id"]}).raise_for_status()
 
@@ -172,6 +174,22 @@ def fill_the_disk(place: Place, limit: int) -> tuple[int, list[str]]:
     return len(sequences), bridge.lines
 
 
+def kill_the_listener(kills: int, seed: int) -> None:
+    """Kill -9 `serve --can` under a talking balancer, in a network namespace where one can be made."""
+    if no_namespace() is not None:
+        print(f"kill_the_listener: not done, {no_namespace()}")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = (folder, "--kills", str(kills), "--seed", str(seed))
+        done = run_inside("tests.e2e.can_faults", *arguments, timeout_s=60.0 * (kills + 2))
+        assert done.returncode == 0, done.stdout + done.stderr
+        seen = json.loads(done.stdout.splitlines()[-1])
+    print(f"kill_the_listener: {kills} kills, in spool or database at each {seen['had_at_each_kill']}")
+    words = ("sent", "stored", "lost_of_what_it_had", "doubled", "waiting")
+    print("  " + ", ".join(f"{word.replace('_', ' ')} {seen[word]}" for word in words), flush=True)
+    assert (seen["lost_of_what_it_had"], seen["doubled"], seen["waiting"]) == (0, 0, 0)
+
+
 def main() -> None:
     """A campaign: every fault, many times."""
     parser = argparse.ArgumentParser()
@@ -185,6 +203,7 @@ def main() -> None:
             stored = fault(Place(Path(folder), options.readings), options.kills, rng)
             print(f"{fault.__name__}: {options.kills} kills, stored at each {stored}")
             print(f"  sent {options.readings}, stored {options.readings}, lost 0, doubled 0", flush=True)
+    kill_the_listener(options.kills, options.seed)
     with tempfile.TemporaryDirectory() as folder:
         kept, lines = fill_the_disk(Place(Path(folder), options.readings), 2_000_000)
         print(f"fill_the_disk: refused after {kept}, then all delivered; said: {lines[1][:160]}")

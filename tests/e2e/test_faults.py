@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 import shutil
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.e2e.faults import Place, fill_the_disk, kill_the_bridge, kill_the_service
+from tests.e2e.namespaces import no_namespace, run_inside
 
 
 def test_the_bridge_killed_in_mid_stream(tmp_path: Path) -> None:
@@ -19,6 +21,19 @@ def test_the_bridge_killed_in_mid_stream(tmp_path: Path) -> None:
 def test_the_service_killed_in_mid_stream(tmp_path: Path) -> None:
     stored = kill_the_service(Place(tmp_path, 10_000), 1, random.Random(2))
     assert stored == sorted(stored)
+
+
+@pytest.mark.skipif(no_namespace() is not None, reason=no_namespace() or "")
+def test_a_service_that_listens_itself_killed_in_mid_stream(tmp_path: Path) -> None:
+    done = run_inside("tests.e2e.can_faults", str(tmp_path), "--kills", "1", timeout_s=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    seen = json.loads(done.stdout.splitlines()[-1])
+    assert (seen["lost_of_what_it_had"], seen["doubled"], seen["waiting"], seen["status"]) == (0, 0, 0, 0), seen
+    assert seen["had_at_each_kill"][0] > 0
+    assert seen["stored"] + sum(seen["gaps"]) <= seen["sent"]
+    # What came while it was dead is gone, in one gap, and the service says about how much it was.
+    (gap,) = seen["gaps"]
+    assert seen["told_lost"][1] == pytest.approx(gap, rel=0.1)
 
 
 @pytest.mark.skipif(shutil.which("prlimit") is None, reason="no prlimit: a file's size cannot be limited")
