@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from collections.abc import Iterable, Sequence
 from functools import cache
@@ -17,13 +16,12 @@ from cantools.database.can import Database, Message, Signal
 from drivers.can_mapping import ANGLE_SENSES, PHASE_SENSES, CanMapping, Field, PlaneMap, SensorMap
 from drivers.errors import InvalidSetting
 from drivers.sensing import PER_PEAK, PER_UNIT
+from drivers.toml_lines import Where, lines_of
 
 PER_RPM = {"rpm": 1.0, "r/min": 1.0, "1/min": 1.0, "Hz": 60.0, "rad/s": 30.0 / math.pi}
 PER_DEGREE = {"deg": 1.0, "degree": 1.0, "°": 1.0, "rad": 180.0 / math.pi}
 PER_GRAM = {"g": 1.0, "kg": 1000.0}
 
-_HEADER = re.compile(r"^\s*\[(\[)?\s*([A-Za-z0-9_-]+)\s*\]?\]\s*(#.*)?$")
-_KEY = re.compile(r"^\s*([A-Za-z0-9_-]+)\s*=")
 _TOP = frozenset(
     {"dbc", "counter", "node", "max_age_s", "phase_sense", "angle_sense"}
     | {"speed", "sensor", "correction", "heartbeat", "status"}
@@ -46,7 +44,7 @@ def parse_mapping(text: str, path: Path | None = None) -> CanMapping:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InvalidSetting(f"{name} is no TOML ({error}): correct it there") from error
-    return _Reader(data, _lines(text), name, path).mapping()
+    return _Reader(data, lines_of(text), name, path).mapping()
 
 
 def standard_mapping(sensors: Sequence[str], planes: Sequence[str] = (), *, j1939: bool = False) -> CanMapping:
@@ -88,25 +86,6 @@ def own_database() -> Database:
     database = cantools.database.load_string(text, "dbc")
     assert isinstance(database, Database)  # noqa: S101
     return database
-
-
-Where = tuple[str, int, str]
-"""Table, its place among tables of this name, key."""
-
-
-def _lines(text: str) -> dict[Where, int]:
-    """Line of every key and table header, for errors; the TOML parser does not tell."""
-    found: dict[Where, int] = {}
-    table, index = "", 0
-    counts: dict[str, int] = {}
-    for number, line in enumerate(text.splitlines(), 1):
-        if header := _HEADER.match(line):
-            table = header.group(2)
-            index = counts[table] = counts.get(table, -1) + 1
-            found[table, index, ""] = number
-        elif key := _KEY.match(line):
-            found.setdefault((table, index, key.group(1)), number)
-    return found
 
 
 class _Reader:

@@ -2,17 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
+from typing import Protocol
 
 from drivers.checks import require
+from drivers.drum import DrumSpec, FittedMass
 from drivers.errors import InvalidSetting
 from drivers.faults import Faults, LooseMass
-from drivers.simulated import FittedMass, SimulatedDrum
+from drivers.protocol import Driver
 
 MOST_PIECES = 1000
 
 Reader = Callable[[object, str], object]
+
+
+class Turning(Driver, Protocol):
+    """A simulated drum that can be told what to do, whether it makes readings or waveforms."""
+
+    @property
+    def spec(self) -> DrumSpec:
+        """The drum."""
+        ...
+
+    @property
+    def masses(self) -> tuple[FittedMass, ...]:
+        """The pieces bolted on."""
+        ...
+
+    @property
+    def speed_rpm(self) -> float:
+        """Nominal speed."""
+        ...
+
+    @property
+    def faults(self) -> Faults:
+        """The faults in force."""
+        ...
+
+    @property
+    def run(self) -> int:
+        """Number of the present run."""
+        ...
+
+    def fit_masses(self, masses: Iterable[FittedMass]) -> None:
+        """Bolt on these pieces, in place of all before."""
+        ...
+
+    def set_speed(self, speed_rpm: float) -> None:
+        """Turn at this speed."""
+        ...
+
+    def set_faults(self, faults: Faults) -> None:
+        """State all faults."""
+        ...
+
+    def new_run(self) -> None:
+        """Stop and start again."""
+        ...
 
 
 def number(value: object, where: str) -> float:
@@ -87,7 +134,7 @@ def fields_of(value: object, readers: Mapping[str, Reader], where: str, *, neede
     return {name: readers[name](one, f"{where}.{name}") for name, one in value.items()}
 
 
-def put_masses(drum: SimulatedDrum, body: object) -> None:
+def put_masses(drum: Turning, body: object) -> None:
     """Bolt on a JSON list of {plane, mass_g, angle_deg}, in place of all before."""
     if not isinstance(body, list):
         raise InvalidSetting(f"masses are {body!r}: give a list of objects with {', '.join(PIECE)}")
@@ -99,24 +146,24 @@ def put_masses(drum: SimulatedDrum, body: object) -> None:
     drum.fit_masses([FittedMass(**piece) for piece in pieces])  # type: ignore[arg-type]
 
 
-def put_speed(drum: SimulatedDrum, body: object) -> None:
+def put_speed(drum: Turning, body: object) -> None:
     """Turn at {speed_rpm}."""
     stated = fields_of(body, {"speed_rpm": number}, "speed", needed={"speed_rpm"})
     drum.set_speed(number(stated["speed_rpm"], "speed.speed_rpm"))
 
 
-def put_faults(drum: SimulatedDrum, body: object) -> None:
+def put_faults(drum: Turning, body: object) -> None:
     """State all faults as an object of the fields of `Faults`; what is left out is no fault, {} heals everything."""
     drum.set_faults(Faults(**fields_of(body, FAULTS, "faults", needed=set())))  # type: ignore[arg-type]
 
 
-def put_new_run(drum: SimulatedDrum, body: object) -> None:
+def put_new_run(drum: Turning, body: object) -> None:
     """Stop and start again; the body is empty, null or {}."""
     require(body is None or body == {}, f"body {body!r} of new-run", "be empty")
     drum.new_run()
 
 
-COMMANDS: Mapping[str, Callable[[SimulatedDrum, object], None]] = {
+COMMANDS: Mapping[str, Callable[[Turning, object], None]] = {
     "masses": put_masses,
     "speed": put_speed,
     "faults": put_faults,
@@ -124,7 +171,7 @@ COMMANDS: Mapping[str, Callable[[SimulatedDrum, object], None]] = {
 }
 
 
-def state_of(drum: SimulatedDrum) -> dict[str, object]:
+def state_of(drum: Turning) -> dict[str, object]:
     """Describe the drum as JSON values: name, source, run, speed_rpm, masses, faults, health."""
     health = asdict(drum.health())
     taken = drum.health().last_taken_at

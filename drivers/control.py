@@ -19,10 +19,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from socketserver import TCPServer
 from typing import Any
 
-from drivers.commands import COMMANDS, state_of
+from drivers.commands import COMMANDS, Turning, state_of
 from drivers.errors import DriverError, InvalidSetting, PortUnavailable
 from drivers.opened import Opened
-from drivers.simulated import SimulatedDrum
 
 MOST_BYTES = 256 * 1024
 MOST_DISCARDED = 16 * 1024 * 1024
@@ -34,7 +33,7 @@ IDLE_SECONDS = 10.0
 class ControlPort(Opened):
     """The port, open within a with block or between `open` and `close`. port 0 takes a free one; see `url`."""
 
-    def __init__(self, drum: SimulatedDrum, host: str = "127.0.0.1", port: int = 0) -> None:
+    def __init__(self, drum: Turning, host: str = "127.0.0.1", port: int = 0) -> None:
         self._drum = drum
         self._address = (host, port)
         self._server: _Server | None = None
@@ -85,7 +84,7 @@ class _Server(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, address: tuple[str, int], drum: SimulatedDrum) -> None:
+    def __init__(self, address: tuple[str, int], drum: Turning) -> None:
         self.drum = drum
         super().__init__(address, _Handler)
 

@@ -6,16 +6,36 @@ import threading
 from collections.abc import Callable
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 from drivers.checks import require
+from drivers.clock import Clock
+from drivers.commands import Turning
 from drivers.control import ControlPort
 from drivers.errors import DeliveryFailed
 from drivers.http_out import Outlet
 from drivers.reading import Reading
-from drivers.simulated import SimulatedDrum
 
 FIRST_PAUSE_S = 1.0
 LONGEST_PAUSE_S = 30.0
+
+
+class Drum(Turning, Protocol):
+    """A simulated drum that is measured in rounds."""
+
+    @property
+    def clock(self) -> Clock:
+        """Its clock."""
+        ...
+
+    @property
+    def interval_s(self) -> float:
+        """Seconds between rounds."""
+        ...
+
+    def measure(self, readings_per_sensor: int) -> list[Reading]:
+        """Take rounds at once."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +53,7 @@ def silent(line: str) -> None:
 
 
 def run_simulation(
-    drum: SimulatedDrum,
+    drum: Drum,
     out: Outlet,
     *,
     stop: threading.Event,
@@ -74,7 +94,7 @@ def run_simulation(
 class _Loop:
     """One running simulation: what waits to be posted, and what was done so far."""
 
-    def __init__(self, drum: SimulatedDrum, out: Outlet, stop: threading.Event, report: Callable[[str], None]) -> None:
+    def __init__(self, drum: Drum, out: Outlet, stop: threading.Event, report: Callable[[str], None]) -> None:
         self.drum, self.out, self.stop, self.report = drum, out, stop, report
         self.waiting: list[Reading] = []
         self.totals = Totals()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
 from datetime import datetime
@@ -12,6 +14,8 @@ from drivers.block_driver import BlockDriver, TimedBlock
 from drivers.checks import require
 from drivers.clock import Clock
 from drivers.drum import DrumSpec, FittedMass, unbalance_of
+from drivers.faults import NO_FAULTS, Faults
+from drivers.reading import Reading
 from drivers.signal.chain import Settings
 from drivers.waveform import Disturbance, simulate_block
 
@@ -46,6 +50,8 @@ class SimulatedWaveforms(BlockDriver):
         self._disturbance = disturbance or Disturbance()
         self._rng = np.random.default_rng(seed)
         self._masses: tuple[FittedMass, ...] = ()
+        self._speed_rpm = spec.speed_rpm
+        self._run = 1
         self._last: datetime | None = None
 
     def fit_masses(self, masses: Iterable[FittedMass]) -> None:
@@ -54,18 +60,73 @@ class SimulatedWaveforms(BlockDriver):
         for piece in pieces:
             unbalance_of(self.spec, piece)
         self._masses = pieces
+        self.new_run()
+
+    def set_speed(self, speed_rpm: float) -> None:
+        """Turn at this speed from the next block on; raises `InvalidSetting` unless it is a number above 0."""
+        require(math.isfinite(speed_rpm) and speed_rpm > 0.0, f"speed {speed_rpm} rpm", "be a number above 0")
+        self._speed_rpm = speed_rpm
+
+    def set_faults(self, faults: Faults) -> None:
+        """Refuse faults: they are those of readings, and a waveform has its own (see `Disturbance`)."""
+        require(faults == NO_FAULTS, "faults of a drum that makes waveforms", "be none: simulate readings for them")
+
+    def new_run(self) -> None:
+        """Count a run."""
+        self._run += 1
+
+    @property
+    def masses(self) -> tuple[FittedMass, ...]:
+        """The pieces bolted on, as stated."""
+        return self._masses
+
+    @property
+    def speed_rpm(self) -> float:
+        """Nominal speed."""
+        return self._speed_rpm
+
+    @property
+    def faults(self) -> Faults:
+        """None."""
+        return NO_FAULTS
+
+    @property
+    def run(self) -> int:
+        """Number of the present run, from 1."""
+        return self._run
+
+    @property
+    def interval_s(self) -> float:
+        """Seconds from one round of readings to the next: a block."""
+        return self._block_s
+
+    def measure(self, readings_per_sensor: int) -> list[Reading]:
+        """Take so many blocks at once, without waiting: a reading of each sensor from each, fewer where one is refused.
+
+        Raises `DriverClosed` when not open and `InvalidSetting` for a count below 1.
+        """
+        self._require_open()
+        require(readings_per_sensor >= 1, f"readings_per_sensor {readings_per_sensor}", "be 1 or more")
+        for _ in range(readings_per_sensor):
+            self._take(self._block())
+        found, self._waiting = list(self._waiting), deque()
+        return [self._accept(one) for one in found]
 
     def _next_block(self) -> TimedBlock | None:
+        timed = self._block()
+        return None if self.clock.wait(self._closed, self._block_s) else timed
+
+    def _block(self) -> TimedBlock:
         moment = self.clock.now()
         if self._last is not None:
             moment = max(moment, self._last)  # a wall clock may be set back, readings may not
         self._last = moment
         block = simulate_block(
-            self.spec,
+            replace(self.spec, speed_rpm=self._speed_rpm),
             self._masses,
             seconds=self._block_s,
             sample_rate_hz=self._sample_rate_hz,
             rng=self._rng,
             disturbance=self._disturbance,
         )
-        return None if self.clock.wait(self._closed, self._block_s) else TimedBlock(moment, block)
+        return TimedBlock(moment, block)

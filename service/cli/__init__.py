@@ -148,16 +148,19 @@ def simulate(
         bool | None,
         typer.Option(help="Create machine and box at the service and bind the source; default: with --to http."),
     ] = None,
+    waveforms: canbus.Waveforms = False,
     token: TokenText = None,
 ) -> None:
     """Run a simulated drum that sends its readings to a service, or onto a CAN bus as a balancer does."""
     from service.cli.simulating import out_to_can, out_to_http, simulate_until_stopped
+    from service.cli.sources import Simulation
 
     if to not in ("http", "can"):
         raise typer.BadParameter(f"{to!r} is no way out; use http or can", param_hint="--to")
     out = out_to_http(url, token) if to == "http" else out_to_can(can, mapping, j1939=j1939)
     registered = to == "http" if register is None else register
-    simulate_until_stopped(url if registered else None, token, out, control, source, seed, interval, rounds)
+    simulation = Simulation(seed, interval, waveforms)
+    simulate_until_stopped(url if registered else None, token, out, control, source, simulation, rounds)
 
 
 @app.command()
@@ -173,6 +176,10 @@ def bridge(
     replay: Annotated[Path | None, typer.Option(help="Read a recording instead, at once and to its end.")] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**53 - 1, help="Which simulated drum.")] = 1,
     interval: Annotated[float, typer.Option(min=0.0001, help="Seconds between its readings.")] = 1.0,
+    waveforms: canbus.Waveforms = False,
+    waveform: canbus.WaveformPath = None,
+    layout: canbus.LayoutPath = None,
+    started_at: canbus.StartedAt = None,
     spool: canbus.SpoolFile = None,
     max_spool_mb: canbus.SpoolSize = 256,
     status: Annotated[float, typer.Option(min=0.1, help="Seconds between status lines.")] = 10.0,
@@ -180,20 +187,25 @@ def bridge(
     token: TokenText = None,
 ) -> None:
     """Carry a balancer's readings from a CAN bus to a service, keeping them on disk until the service has them."""
-    if [bool(can), simulated, replay is not None].count(True) != 1:
-        raise typer.BadParameter("name a bus, or --simulated, or a recording with --replay", param_hint="--can")
-    from service.cli.bridging import bridge_until_stopped, bus_choice
+    if [bool(can), simulated, replay is not None, waveform is not None].count(True) != 1:
+        raise typer.BadParameter("name a bus, --simulated, or a file with --replay or --waveform", param_hint="--can")
+    from service.cli.bridging import BusChoice, bridge_until_stopped, bus_choice
+    from service.cli.sources import Simulation, StandIn, waveform_of
 
+    read: BusChoice | StandIn
+    if can:
+        read = bus_choice(can, mapping, sensors, planes, j1939=j1939)
+    elif waveform is not None:
+        read = waveform_of(waveform, layout, started_at)
+    else:
+        read = replay or Simulation(seed, interval, waveforms)
     bridge_until_stopped(
-        bus_choice(can, mapping, sensors, planes, j1939=j1939) if can else None,
+        read,
         url=url,
         token=token,
         source=source,
         spool=spool,
         max_bytes=max_spool_mb * 1024 * 1024,
-        replay=replay,
-        seed=seed,
-        interval_s=interval,
         status_s=status,
         send_again=send_again,
     )
@@ -210,16 +222,25 @@ def record(
     simulated: Annotated[bool, typer.Option("--simulated", help="Record a simulated drum instead of a bus.")] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**53 - 1, help="Which simulated drum.")] = 1,
     interval: Annotated[float, typer.Option(min=0.0001, help="Seconds between its readings.")] = 1.0,
+    waveforms: canbus.Waveforms = False,
+    waveform: canbus.WaveformPath = None,
+    layout: canbus.LayoutPath = None,
+    started_at: canbus.StartedAt = None,
     count: Annotated[int | None, typer.Option(min=1, help="Stop after so many readings.")] = None,
 ) -> None:
-    """Record a balancer's readings from a CAN bus into a file."""
-    if bool(can) == simulated:
-        raise typer.BadParameter("name a bus, or --simulated", param_hint="--can")
-    from service.cli.bridging import bus_choice
+    """Record a balancer's readings from a CAN bus into a file, or those of a waveform file or a simulated drum."""
+    if [bool(can), simulated, waveform is not None].count(True) != 1:
+        raise typer.BadParameter("name a bus, or --simulated, or a file with --waveform", param_hint="--can")
+    from service.cli.bridging import BusChoice, bus_choice
     from service.cli.replaying import record_until_stopped
+    from service.cli.sources import Simulation, StandIn, waveform_of
 
-    bus = bus_choice(can, mapping, sensors, "", j1939=j1939) if can else None
-    record_until_stopped(file, bus, source, seed, interval, count)
+    read: BusChoice | StandIn
+    if can:
+        read = bus_choice(can, mapping, sensors, "", j1939=j1939)
+    else:
+        read = waveform_of(waveform, layout, started_at) if waveform else Simulation(seed, interval, waveforms)
+    record_until_stopped(file, read, source, count)
 
 
 @app.command()
@@ -238,9 +259,14 @@ def replay(
     speed: Annotated[float | None, typer.Option(min=0.001, help="Times as fast as it was; default: at once.")] = None,
     as_now: Annotated[bool, typer.Option("--as-now", help="Move the times so that the first is now.")] = False,
     keep_going: Annotated[bool, typer.Option("--keep-going", help="Pass over errors in the file.")] = False,
+    layout: canbus.LayoutPath = None,
+    started_at: canbus.StartedAt = None,
     token: TokenText = None,
 ) -> None:
-    """Replay a log to a service or onto a CAN bus, or compare old sessions' answers with today's."""
+    """Replay a log to a service or onto a CAN bus, or compare old sessions' answers with today's.
+
+    With --layout the file is a waveform (CSV, WAV, UFF 58): measured, and its readings sent at once.
+    """
     if to not in ("http", "can"):
         raise typer.BadParameter(f"{to!r} is no way out; use http or can", param_hint="--to")
     if compare != path.is_dir():
@@ -252,9 +278,12 @@ def replay(
         print(summary(found))
         raise SystemExit(any(one.changed or one.error for one in found))
     from service.cli.replaying import replay_file
+    from service.cli.sources import waveform_of
 
+    if layout is not None and (as_now or speed is not None):
+        raise typer.BadParameter("a waveform is read at once, at its own times", param_hint="--layout")
     replay_file(
-        path,
+        path if layout is None else waveform_of(path, layout, started_at),
         to=to,
         url=url,
         token=token,

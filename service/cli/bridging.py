@@ -16,11 +16,10 @@ from drivers.can_mapping import CanMapping
 from drivers.clock import SystemClock
 from drivers.http_out import HttpOut
 from drivers.protocol import Driver
-from drivers.replay import ReplayDriver
-from drivers.simulated import SimulatedDrum, threshing_drum_example
 from drivers.spool import Spool
 from service.cli.canbus import mapping_of
 from service.cli.signals import on_stop
+from service.cli.sources import StandIn, Waveform, named, stand_in
 
 TURN_S = 0.0001
 DEFAULT_SPOOL = Path.home() / ".local" / "share" / "drumtrue" / "spool"
@@ -40,27 +39,25 @@ def bus_choice(bus: str, mapping: Path | None, sensors: str, planes: str, *, j19
 
 
 def bridge_until_stopped(
-    bus: BusChoice | None,
+    read: BusChoice | StandIn,
     *,
     url: str,
     token: str | None,
     source: str,
     spool: Path | None,
     max_bytes: int,
-    replay: Path | None,
-    seed: int,
-    interval_s: float,
     status_s: float,
     send_again: bool,
 ) -> None:
-    """Bridge a bus, else a recording to its end, else a simulated drum, until SIGINT or SIGTERM.
+    """Bridge a bus, a simulated drum, or a file to its end, until SIGINT or SIGTERM.
 
-    Raises what opening bus, recording or spool raises.
+    Raises what opening bus, file or spool raises.
     """
     read_closely()
     stop, clock = threading.Event(), SystemClock()
     on_stop(stop.set)
-    path = spool or spool_of(source)
+    # A file has a spool of its own: an older one, read later, has lower numbers than what the source sent before.
+    path = spool or spool_of(f"{source}-{read.file.name}" if isinstance(read, Waveform) else source)
     with Spool(path, max_bytes=max_bytes) as kept:
         if send_again:
             tell(f"{kept.send_again()} readings that were set aside are sent again")
@@ -69,16 +66,11 @@ def bridge_until_stopped(
         driver: Driver
         describe: Callable[[], str] = str
         bridges: list[Bridge] = []
-        if bus is not None:
-            driver = can = can_driver(bus, source, first, kept, bridges)
+        if isinstance(read, BusChoice):
+            driver = can = can_driver(read, source, first, kept, bridges)
             describe = can.bus_state
-        elif replay is not None:
-            driver = ReplayDriver(replay, clock=clock, source=source, after=highest)
         else:
-            drum = threshing_drum_example(seed)
-            driver = SimulatedDrum(
-                drum, seed=seed, clock=clock, source=source, sequence_start=first, interval_s=interval_s
-            )
+            driver = stand_in(read, source, first, highest)
         bridge = Bridge(
             driver,
             kept,
@@ -87,12 +79,12 @@ def bridge_until_stopped(
             clock=clock,
             rng=random.Random(),  # noqa: S311
             report=tell,
-            live=bus is not None,
+            live=isinstance(read, BusChoice),
             status_s=status_s,
             describe=describe,
         )
         bridges.append(bridge)
-        tell(f"bridge: {bus.address if bus else replay or 'simulated drum'} as {source!r} -> {path} -> {url}")
+        tell(f"bridge: {read.address if isinstance(read, BusChoice) else named(read)} as {source!r} -> {path} -> {url}")
         if kept.waiting():
             tell(f"{kept.waiting()} readings wait from before")
         bridge.run()

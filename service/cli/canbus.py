@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -28,6 +29,24 @@ SpoolFile = Annotated[
     Path | None, typer.Option("--spool", dir_okay=False, help="File that keeps what was read and not stored yet.")
 ]
 SpoolSize = Annotated[int, typer.Option(min=1, help="Most megabytes of it; the oldest readings are kept.")]
+WaveformPath = Annotated[
+    Path | None,
+    typer.Option("--waveform", dir_okay=False, help="Waveform file (CSV, WAV, UFF 58) to read, to its end."),
+]
+LayoutPath = Annotated[
+    Path | None,
+    typer.Option("--layout", dir_okay=False, help="TOML file that says which column of a waveform is which sensor."),
+]
+StartedAt = Annotated[
+    datetime | None,
+    typer.Option(
+        formats=["%Y-%m-%dT%H:%M:%S%z", "%Y-%m-%dT%H:%M:%S.%f%z"],
+        help="When the waveform's first sample was taken, RFC 3339; default: what the layout says.",
+    ),
+]
+Waveforms = Annotated[
+    bool, typer.Option("--waveforms", help="Simulate the sensors' waveforms, and measure them, instead of readings.")
+]
 J1939 = Annotated[bool, typer.Option("--j1939", help="Our own DBC's messages with 29-bit identifiers.")]
 
 

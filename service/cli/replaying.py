@@ -18,25 +18,23 @@ from drivers.protocol import Driver
 from drivers.reading import Reading
 from drivers.recording import Recorder
 from drivers.replay import ReplayDriver, open_log
-from drivers.simulated import SimulatedDrum, threshing_drum_example
 from service.cli.bridging import BusChoice, first_sequence
 from service.cli.canbus import mapping_of
 from service.cli.signals import on_stop
+from service.cli.sources import StandIn, Waveform, stand_in
 
 BATCH = 500
 
 
-def record_until_stopped(
-    file: Path, bus: BusChoice | None, source: str, seed: int, interval_s: float, count: int | None
-) -> None:
-    """Record a bus, else a simulated drum, until SIGINT or SIGTERM, or so many readings."""
-    clock = SystemClock()
+def record_until_stopped(file: Path, read: BusChoice | StandIn, source: str, count: int | None) -> None:
+    """Record a bus or a simulated drum until SIGINT or SIGTERM, or so many readings, a waveform file to its end."""
     driver: Driver
-    if bus is None:
-        spec = threshing_drum_example(seed)
-        driver = SimulatedDrum(spec, seed=seed, clock=clock, source=source, interval_s=interval_s)
+    if isinstance(read, BusChoice):
+        driver = CanDriver(
+            read.address, read.mapping, clock=SystemClock(), source=source, sequence_start=first_sequence()
+        )
     else:
-        driver = CanDriver(bus.address, bus.mapping, clock=clock, source=source, sequence_start=first_sequence())
+        driver = stand_in(read, source, 1, -1)
     with Recorder(file) as recorder, driver:
         on_stop(driver.close)
         for reading in islice(driver, count):
@@ -46,7 +44,7 @@ def record_until_stopped(
 
 
 def replay_file(
-    file: Path,
+    file: Path | Waveform,
     *,
     to: str,
     url: str,
@@ -71,15 +69,20 @@ def replay_file(
         print(f"passed over: {error}", flush=True)
 
     messages = mapping_of(mapping, sensors, "", j1939=j1939)
-    replay = ReplayDriver(
-        file,
-        clock=SystemClock(),
-        source=source,
-        mapping=messages,
-        speed=speed,
-        shift=_to_now(file, messages) if as_now else timedelta(),
-        on_error=on_error if keep_going else None,
-    )
+    replay: Driver
+    if isinstance(file, Waveform):
+        replay, path = file.driver(source or file.file.stem), file.file
+    else:
+        path = file
+        replay = ReplayDriver(
+            path,
+            clock=SystemClock(),
+            source=source,
+            mapping=messages,
+            speed=speed,
+            shift=_to_now(path, messages) if as_now else timedelta(),
+            on_error=on_error if keep_going else None,
+        )
     out: Outlet = HttpOut(url, batch_size=BATCH, token=token) if to == "http" else CanOut(parse_bus(bus), messages)
     sent = 0
     try:
@@ -89,7 +92,11 @@ def replay_file(
                 sent += out.post(batch)
     finally:
         out.close()
-        print(f"{sent} readings of {replay.source!r} replayed from {file}, {len(errors)} errors passed over")
+        refused = replay.health().refused
+        print(
+            f"{sent} readings of {replay.source!r} replayed from {path}, {len(errors)} errors passed over"
+            + (f", {refused} refused" if refused else "")
+        )
     return len(errors)
 
 

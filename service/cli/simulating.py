@@ -14,10 +14,11 @@ from drivers.clock import SystemClock
 from drivers.control import ControlPort
 from drivers.http_out import HttpOut, Outlet
 from drivers.simulate import run_simulation
-from drivers.simulated import SimulatedDrum, threshing_drum_example
+from drivers.simulated import threshing_drum_example
 from service.cli.canbus import mapping_of
 from service.cli.client import Client
 from service.cli.hardware import catalogue_of, machine_of
+from service.cli.sources import Simulation
 from service.errors import InvalidInput
 
 
@@ -46,25 +47,23 @@ def simulate_until_stopped(
     out: WayOut,
     control: str,
     source: str,
-    seed: int,
-    interval_s: float,
+    simulation: Simulation,
     rounds: int | None,
 ) -> None:
     """Send readings until SIGINT or SIGTERM, or for so many rounds; url: of the service to register the drum at.
 
     Raises what the service refuses.
     """
-    spec = threshing_drum_example(seed)
     port = _control_address(control)
     if url is not None:
-        _register(url, token, source, seed)
+        _register(url, token, source, simulation.seed)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
     clock = SystemClock()
     # A sequence number is never used twice, not even by the next start: it counts on from the clock.
     first = int(clock.now().timestamp() * 1000)
-    drum = SimulatedDrum(spec, seed=seed, clock=clock, source=source, sequence_start=first, interval_s=interval_s)
+    drum = simulation.driver(source, first, clock)
     run_simulation(
         drum,
         out.open(),

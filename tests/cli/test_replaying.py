@@ -15,6 +15,7 @@ from service.cli import replaying
 from service.cli.hardware import machine_of
 from service.cli.replaying import record_until_stopped, replay_file
 from service.cli.serving import serving
+from service.cli.sources import Simulation
 from service.settings import Settings
 
 OPTIONS = {
@@ -32,7 +33,7 @@ OPTIONS = {
 def recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(replaying, "on_stop", lambda _: None)
     path = tmp_path / "shed.jsonl"
-    record_until_stopped(path, None, "shed", 1, 0.0001, 20)
+    record_until_stopped(path, Simulation(1, 0.0001), "shed", 20)
     return path
 
 
@@ -40,7 +41,7 @@ def test_what_was_recorded_arrives_once_however_often_it_is_replayed(tmp_path: P
     assert len(list(read_recording(recording))) == 20
     with (
         serving(Settings(database_url=f"sqlite:///{tmp_path / 'replay.db'}")) as url,
-        httpx2.Client(base_url=f"{url}/api/v1", trust_env=False) as api,
+        httpx2.Client(base_url=f"{url}/api/v1", trust_env=False, timeout=60.0) as api,
     ):
         machine = api.post("/machines", json=machine_of(threshing_drum_example(1), "drum")).json()
         api.put("/sources/shed", json={"machine_id": machine["id"]}).raise_for_status()
