@@ -167,6 +167,18 @@ class Store:
         highest = self._session.scalar(select(func.max(kind.sequence)).where(kind.source == source))
         return -1 if highest is None else int(highest)
 
+    def answers(self, machine_id: str, session_id: str, limit: int, offset: int) -> Sequence[BalancerAnswerRow]:
+        """Balancers' answers on a machine for a session, or for none; newest first."""
+        query = (
+            select(BalancerAnswerRow)
+            .where(
+                BalancerAnswerRow.machine_id == machine_id,
+                or_(BalancerAnswerRow.session_id == session_id, BalancerAnswerRow.session_id.is_(None)),
+            )
+            .order_by(BalancerAnswerRow.taken_at.desc(), BalancerAnswerRow.id)
+        )
+        return self._page(query, limit, offset)
+
     def readings_between(self, source: str, machine_id: str, since: datetime, until: datetime) -> Sequence[ReadingRow]:
         """Readings of a source on a machine between two times, in order of sequence."""
         return self._session.scalars(

@@ -37,6 +37,7 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "get_log",
             "get_report",
             "get_now",
+            "list_answers",
             "follow",
             "suggest_trial_masses",
             "get_plan",

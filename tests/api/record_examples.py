@@ -191,6 +191,7 @@ def from_a_bridge(recorder: Recorder, machine: str, box: str) -> None:
     recorder.stream(f"/sessions/{session}/live?events=1")
     masses = [mass("1", 170.2, 70.0), mass("2", 292.2, 113.0)]
     recorder.ask("POST", "/balancer-answers", {**stamp, "sequence": 0, "session_id": session, "masses": masses})
+    recorder.ask("GET", f"/sessions/{session}/balancer-answers")
     recorder.ask("POST", "/blocks", block(stamp))
 
 

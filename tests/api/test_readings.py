@@ -182,6 +182,17 @@ class TestAnswers:
         assert first["unbalance_gmm"] == pytest.approx(170.2 * 330.0)
         assert second["mass_g"] == 0.0
 
+    def test_a_session_lists_the_answers_meant_for_it_or_for_none(self, shop: Workshop, machine: str) -> None:
+        for_none = shop.post("/balancer-answers", answer(1))
+        session, other = shop.session(machine), shop.session(machine)
+        mine = shop.post("/balancer-answers", answer(2, session_id=session, taken_at=at(5)))
+        shop.post("/balancer-answers", answer(3, session_id=other, taken_at=at(6)))
+        listed = shop.get(f"/sessions/{session}/balancer-answers")
+        assert [one["id"] for one in listed] == [mine["id"], for_none["id"]]
+        assert [one["session_id"] for one in listed] == [session, None]
+        assert listed[0]["masses"] == answer(2)["masses"]
+        shop.refused("GET", "/sessions/nowhere/balancer-answers", None, 404, "not_found")
+
     def test_an_answer_for_no_session_waits_for_one(self, shop: Workshop, machine: str) -> None:
         stored = shop.post("/balancer-answers", answer(1))
         assert stored["session_id"] is None

@@ -14,7 +14,11 @@ from typing import Any
 
 import httpx2
 
+from drivers.can_bus import BusAddress
+from drivers.can_sender import CanOut
+from drivers.can_toml import standard_mapping
 from drivers.example import threshing_drum_example
+from drivers.reading import Answer
 from service.cli.hardware import catalogue_of, machine_of
 from tests.e2e.processes import Process, serve
 
@@ -22,6 +26,7 @@ SEED = 5
 PORT, CONTROL = 8000, 8100
 PER_RUN = 16
 TRIAL_G = 200.0
+ANSWER = (("1", 170.2, 70.0), ("2", 292.2, 113.0))
 
 
 def main(folder: Path) -> None:
@@ -38,9 +43,9 @@ def main(folder: Path) -> None:
         )
         processes.append(drum)
         drum.wait_for("posted")
-        result = balance(
-            httpx2.Client(base_url=f"http://127.0.0.1:{PORT}/api/v1", trust_env=False, timeout=60.0), database
-        )
+        api = httpx2.Client(base_url=f"http://127.0.0.1:{PORT}/api/v1", trust_env=False, timeout=60.0)
+        result = balance(api, database)
+        result["answered"] = balance_by_the_balancer(api)
         result["statuses"] = [process.stop() for process in reversed(processes)]
         result["bridged"], result["direct"] = vectors(database, "can"), vectors(database, "direct")
         print(json.dumps(result))
@@ -73,6 +78,30 @@ def balance(api: httpx2.Client, database: Path) -> dict[str, Any]:
         "reductions": [line["reduction"] for line in report["before_after"]],
         "plan": plan["status"],
     }
+
+
+def balance_by_the_balancer(api: httpx2.Client) -> dict[str, Any]:
+    """A plan for the masses that the balancer computed itself and told on the bus, each of them in one frame."""
+    session = api.get("/sessions").json()[0]
+    told(api.patch(f"/sessions/{session['id']}", json={"state": "closed"}))
+    body = {"machine_id": session["machine_id"], "catalogue_id": told(api.get("/catalogues"))[0]["id"]}
+    again = told(api.post("/sessions", json=body))["id"]
+    out = CanOut(BusAddress("udp_multicast"), standard_mapping(("P", "Q"), ("1", "2")))
+    out.answer(Answer("balancer", 1, datetime.now(UTC), ANSWER), 1)
+    out.close()
+
+    def listed() -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = told(api.get(f"/sessions/{again}/balancer-answers"))
+        return found
+
+    until(lambda: {one["source"] for one in listed()} == {"can", "direct"})
+    bridged = next(one for one in listed() if one["source"] == "can")
+    correction = told(
+        api.post(f"/sessions/{again}/corrections", json={"source": "balancer", "answer_id": bridged["id"]})
+    )
+    request = {"correction_id": correction["id"], "objective": "components", "seed": 1}
+    plan = told(api.post(f"/sessions/{again}/plans", json=request))
+    return {"answers": listed(), "corrections": correction["corrections"], "plan": plan}
 
 
 def run(api: httpx2.Client, database: Path, session: str, kind: str, masses: list[dict[str, Any]]) -> None:

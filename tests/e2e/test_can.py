@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.e2e.can_loop import ANSWER
 from tests.e2e.namespaces import no_namespace, run_inside
 
 
@@ -18,6 +19,14 @@ def test_a_drum_on_the_bus_is_balanced(tmp_path: Path) -> None:
     assert all(reduction >= 0.9 for reduction in result["reductions"]), result["reductions"]
     assert {piece["plane"] for piece in result["pieces"]} == {"1", "2"}
     assert result["statuses"] == [0, 0, 0]
+    answered = result["answered"]
+    masses = [{"plane": plane, "mass_g": mass, "angle_deg": angle} for plane, mass, angle in ANSWER]
+    assert [one["masses"] for one in answered["answers"]] == [masses, masses]  # each way carried it once
+    assert [(one["plane"], one["mass_g"], one["angle_deg"]) for one in answered["corrections"]] == [
+        (plane, pytest.approx(mass), pytest.approx(angle)) for plane, mass, angle in ANSWER
+    ]
+    assert answered["plan"]["status"] == "optimal"
+    assert {one["plane"] for one in answered["plan"]["placements"]} == {"1", "2"}
     # Both ways read the same frames: the same vectors, none lost and none doubled on either.
     bridged, direct = result["bridged"], result["direct"]
     assert len(bridged) > 100

@@ -10,9 +10,10 @@ from fastapi import APIRouter, Path
 from db.documents.base import Name, document
 from db.documents.run import BalancerAnswer
 from drivers.reading import Reading
-from service.api.dependencies import WorkDep, errors
+from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
 from service.api.routing import StrictRoute
-from service.usecases import readings
+from service.usecases import answers, readings
+from service.usecases.answers import ListedAnswer
 from service.usecases.readings import Receipt, Source, StoredAnswer
 
 router = APIRouter(route_class=StrictRoute)
@@ -43,6 +44,12 @@ def add_readings(work: WorkDep, body: Annotated[list[Reading], Len(min_length=1)
 def add_answer(work: WorkDep, answer: BalancerAnswer) -> StoredAnswer:
     """Store the continuous correction masses a balancer computed. Masses in g, angles in degrees."""
     return readings.ingest_answer(work, answer)
+
+
+@router.get("/sessions/{session_id}/balancer-answers", tags=["readings"], responses=errors(404))
+def list_answers(work: WorkDep, session_id: Key, limit: Limit = 50, offset: Offset = 0) -> tuple[ListedAnswer, ...]:
+    """Balancers' answers that the session may be corrected by, newest first. Masses in g, angles in degrees, UTC."""
+    return answers.of_session(work, session_id, limit, offset)
 
 
 @router.get("/sources", tags=["readings"], responses=errors())
