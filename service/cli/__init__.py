@@ -249,6 +249,9 @@ def replay(
     compare: Annotated[
         bool, typer.Option("--compare", help="Solve all session logs of a folder again and list what changed.")
     ] = False,
+    tolerance: Annotated[
+        float, typer.Option(min=0.0, help="--compare: relative difference that is none, of masses and vibration.")
+    ] = 1e-6,
     to: Annotated[str, typer.Option(help="Way out of the readings: http or can.")] = "http",
     url: Annotated[str, typer.Option(help="Service to send the readings to.")] = "http://127.0.0.1:8000",
     can: canbus.Bus = "udp_multicast",
@@ -274,7 +277,7 @@ def replay(
     if compare:
         from service.cli.comparing import compare_folder, summary
 
-        found = compare_folder(path, lambda line: print(line, flush=True))
+        found = compare_folder(path, lambda line: print(line, flush=True), tolerance=tolerance)
         print(summary(found))
         raise SystemExit(any(one.changed or one.error for one in found))
     from service.cli.replaying import replay_file

@@ -11,6 +11,9 @@ from pathlib import Path
 
 from service.errors import InvalidInput
 
+TOLERANCE = 1e-6
+"""What the arithmetic of another processor or library may change, with room."""
+
 
 @dataclass(frozen=True)
 class Compared:
@@ -22,9 +25,12 @@ class Compared:
     error: str | None = None
 
 
-def compare_folder(folder: Path, say: Callable[[str], None], workers: int | None = None) -> list[Compared]:
+def compare_folder(
+    folder: Path, say: Callable[[str], None], workers: int | None = None, tolerance: float = TOLERANCE
+) -> list[Compared]:
     """Solve every session log (*.json) below a folder again, on all cores; progress and changes are said as they come.
 
+    tolerance: relative to the greatest of its kind in the answer, how near a value is the same.
     Raises InvalidInput for a folder without any.
     """
     paths = sorted(str(path) for path in folder.rglob("*.json"))
@@ -33,7 +39,7 @@ def compare_folder(folder: Path, say: Callable[[str], None], workers: int | None
             f"{folder} holds no session log (*.json)", field="folder", value=str(folder), advice="check the folder"
         )
     found = []
-    for done, one in enumerate(_solved(paths, workers or os.cpu_count() or 1), 1):
+    for done, one in enumerate(_solved(paths, workers or os.cpu_count() or 1, tolerance), 1):
         found.append(one)
         verdict = one.error or (f"{len(one.changed)} changed" if one.changed else "same")
         say(f"[{done}/{len(paths)}] {one.path}: {one.answers} answers, {verdict}")
@@ -49,14 +55,14 @@ def summary(found: Sequence[Compared]) -> str:
     return f"{len(found)} sessions, {answers} answers: {changed} sessions changed, {broken} could not be solved"
 
 
-def compare_one(path: str) -> Compared:
+def compare_one(path: str, tolerance: float = TOLERANCE) -> Compared:
     """Solve one log again; whatever is wrong with it is told, not raised."""
     from service.errors import DrumtrueError
     from service.usecases.resolving import read_log, resolve
 
     try:
         log = read_log(Path(path).read_bytes())
-        resolved = resolve(log)
+        resolved = resolve(log, tolerance=tolerance)
     except DrumtrueError as error:
         return Compared(path, 0, error=f"cannot be solved: {error.message}")
     except (OSError, RecursionError) as error:
@@ -64,11 +70,11 @@ def compare_one(path: str) -> Compared:
     return Compared(path, len(log.corrections) + len(log.plans), resolved.changed)
 
 
-def _solved(paths: Sequence[str], workers: int) -> Iterator[Compared]:
+def _solved(paths: Sequence[str], workers: int, tolerance: float) -> Iterator[Compared]:
     if len(paths) == 1 or workers == 1:
-        yield from map(compare_one, paths)
+        yield from (compare_one(path, tolerance) for path in paths)
         return
     # A fresh process each: the numerics' threads and a forked lock do not go together.
     with ProcessPoolExecutor(min(workers, len(paths)), mp_context=get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(compare_one, path) for path in paths]):
+        for future in as_completed([pool.submit(compare_one, path, tolerance) for path in paths]):
             yield future.result()

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
 from db.documents.base import document, read_json
@@ -18,6 +17,7 @@ from db.documents.machine import CatalogueItem
 from db.documents.plan import Plan, PlanInputs, PlanRequest
 from db.documents.session import SessionLog
 from service.errors import InvalidInput
+from service.usecases.differing import differences
 from service.usecases.posing import Ground
 from service.usecases.rules import check_as_found, check_catalogue, check_masses, normalised, sensor_index
 from service.usecases.selecting import solve_plan
@@ -25,7 +25,7 @@ from service.usecases.solving import solve_correction
 from service.version import __version__
 
 SAME = 1e-9
-"""Answers this near, in g and degrees, are the same: rounding of another machine's arithmetic, no more."""
+"""Answers this near, relative to the greatest of their kind, are the same: rounding of another machine's arithmetic."""
 
 
 @document
@@ -61,8 +61,10 @@ def read_log(text: str | bytes) -> SessionLog:
     return replace(log, machine=machine)
 
 
-def resolve(log: SessionLog, monotonic: Callable[[], float] = time.monotonic) -> Resolved:
+def resolve(log: SessionLog, monotonic: Callable[[], float] = time.monotonic, *, tolerance: float = SAME) -> Resolved:
     """Every correction and plan of a log, computed again; a log with none gets one of each.
+
+    tolerance: how near answers are the same, relative to the greatest of their kind in the answer.
 
     Raises what the use cases raise for a request or runs that do not allow an answer.
     """
@@ -70,7 +72,7 @@ def resolve(log: SessionLog, monotonic: Callable[[], float] = time.monotonic) ->
     corrections = tuple(_correction(log, given) for given in asked)
     wanted = log.plans or _first_plan(log, corrections[-1])
     plans = tuple(_plan(log, corrections, given, monotonic) for given in wanted)
-    changed = _changed(log, corrections, plans)
+    changed = differences((log.corrections, log.plans), (corrections, plans), tolerance)
     return Resolved(corrections=corrections, plans=plans, changed=changed)
 
 
@@ -140,22 +142,6 @@ def _items(log: SessionLog, inputs: PlanInputs) -> tuple[CatalogueItem, ...] | N
     earlier = {box.catalogue_id: box.catalogue for box in log.earlier_boxes}
     box = earlier.get(inputs.catalogue_id or "", log.catalogue)
     return None if box is None else box.items[: len(inputs.counts)]
-
-
-def _changed(log: SessionLog, corrections: tuple[Correction, ...], plans: tuple[Plan, ...]) -> tuple[str, ...]:
-    """Answers of the log that today's code does not give again; lists are shorter where the log holds none."""
-    out = []
-    for was, now in zip(log.corrections, corrections, strict=False):
-        if not np.allclose(_masses(was), _masses(now), rtol=SAME, atol=SAME):
-            out.append(f"correction {was.number}: {_masses(was)} g and deg -> {_masses(now)}")
-    for old, new in zip(log.plans, plans, strict=False):
-        if (old.status, old.placements) != (new.status, new.placements):
-            out.append(f"plan {old.number}: {old.objective_value} {old.status} -> {new.objective_value} {new.status}")
-    return tuple(out)
-
-
-def _masses(correction: Correction) -> list[tuple[float, float]]:
-    return [(mass.mass_g, mass.angle_deg) for mass in correction.corrections]
 
 
 def _first_correction() -> Correction:
