@@ -10,6 +10,7 @@ from drivers.checks import require
 from drivers.drum import DrumSpec, FittedMass
 from drivers.errors import InvalidSetting
 from drivers.faults import Faults, LooseMass
+from drivers.plant import Bend
 from drivers.protocol import Driver
 
 MOST_PIECES = 1000
@@ -107,8 +108,16 @@ def loose(value: object, where: str) -> LooseMass | None:
     return None if value is None else LooseMass(**fields_of(value, LOOSE, where, needed={"plane"}))  # type: ignore[arg-type]
 
 
+def bend(value: object, where: str) -> Bend | None:
+    """Take a bent shaft as a JSON object, or null."""
+    if value is None:
+        return None
+    return Bend(**fields_of(value, BEND, where, needed={"tilt_mrad", "angle_deg"}))  # type: ignore[arg-type]
+
+
 PIECE: Mapping[str, Reader] = {"plane": text, "mass_g": number, "angle_deg": number}
 LOOSE: Mapping[str, Reader] = {"plane": text, "slip_deg": number, "wander_deg": number, "lost": truth}
+BEND: Mapping[str, Reader] = {"tilt_mrad": number, "angle_deg": number}
 FAULTS: Mapping[str, Reader] = {
     "dropout": number,
     "silent": names,
@@ -119,6 +128,7 @@ FAULTS: Mapping[str, Reader] = {
     "pickup_shift_deg": number,
     "no_key_phasor": truth,
     "loose_trial_mass": loose,
+    "bent_shaft": bend,
 }
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from drivers.checks import require, require_finite, require_known
 from drivers.drum import DrumSpec
+from drivers.plant import Bend
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ class Faults:
     cables are exchanged: each reports what is felt at the other's place. wrong_phase_sense: phases are reported with
     the sign turned. wrong_angle_sense: pieces were bolted on counting angles the wrong way round. pickup_shift_deg: the
     pick-up was knocked this far, counter-clockwise. no_key_phasor: neither phase nor speed is known.
-    loose_trial_mass: see `LooseMass`.
+    loose_trial_mass: see `LooseMass`. bent_shaft: see `drivers.plant.Bend`.
     """
 
     dropout: float = 0.0
@@ -47,6 +48,7 @@ class Faults:
     pickup_shift_deg: float = 0.0
     no_key_phasor: bool = False
     loose_trial_mass: LooseMass | None = None
+    bent_shaft: Bend | None = None
 
     def __post_init__(self) -> None:
         require_finite(self)

@@ -13,7 +13,8 @@ inertia It and Ip about the mass centre, and forces F at the axial places z (sma
 
 An unbalance of amount U at the rotor angle g pulls with U w^2 towards the angle s w t + g. Bearings pull back with
 stiffness and damping along two perpendicular axes of their own. Masses are taken as small against the drum: they add
-unbalance, no inertia. Every signal is a real time signal Re(p exp(j w t)) of its phasor p.
+unbalance, no inertia. A point of the drum at X, Y beside the axis moves along it by -(a X + b Y); housings follow.
+Every signal is a real time signal Re(p exp(j w t)) of its phasor p.
 The equations are Newton's and Euler's for a spinning rigid body; tests/drivers/test_plant.py integrates them in time.
 """
 
@@ -21,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -88,12 +89,32 @@ class Unbalance:
 
 
 @dataclass(frozen=True, slots=True)
+class Bend:
+    """The journals of a bent shaft stand at tilt_mrad to its axis of rotation, towards a geometric rotor-fixed angle.
+
+    The housings rock with them once a turn, whatever the speed. What the bend does to the drum between the bearings is
+    unbalance like any other, and belongs to the unbalances.
+    """
+
+    tilt_mrad: float
+    angle_deg: float
+
+    def __post_init__(self) -> None:
+        require_finite(self)
+        require(self.tilt_mrad >= 0.0, f"tilt_mrad {self.tilt_mrad} of the bend", "be >= 0")
+
+
+@dataclass(frozen=True, slots=True)
 class Motion:
-    """Steady motion at omega rad/s: phasors (4,) of x, y in m and the tilts a, b in rad, peak values."""
+    """Steady motion at omega rad/s: phasors (4,) of x, y in m and the tilts a, b in rad, peak values.
+
+    rocking: phasors of the tilts a, b that the housings make on their own, by a bend.
+    """
 
     omega: float
     spin: int
     phasors: NDArray[np.complex128]
+    rocking: tuple[complex, complex] = (0j, 0j)
 
     def centre(self, axial_mm: float) -> NDArray[np.complex128]:
         """Phasors (2,) of the axis at axial_mm: x and y displacement, m, peak."""
@@ -105,6 +126,17 @@ class Motion:
         turn = math.radians(direction_deg)
         x, y = self.centre(axial_mm)
         return complex(x * math.cos(turn) + y * math.sin(turn))
+
+    def along_axis(self, arm_mm: float, direction_deg: float) -> complex:
+        """Phasor of a housing's displacement along z, m, peak: at arm_mm from the axis, direction_deg ccw from x."""
+        turn = math.radians(direction_deg)
+        a, b = self.phasors[2] + self.rocking[0], self.phasors[3] + self.rocking[1]
+        return complex(-arm_mm / 1000.0 * (a * math.cos(turn) + b * math.sin(turn)))
+
+    def bent(self, bend: Bend) -> Motion:
+        """Return the same motion of a drum whose shaft is bent: a = t cos(s w t + g) and b = t sin(s w t + g) more."""
+        turn = bend.tilt_mrad / 1000.0 * np.exp(1j * self.spin * math.radians(bend.angle_deg))
+        return replace(self, rocking=(complex(turn), complex(-1j * self.spin * turn)))
 
     def reaction(self, bearing: Bearing) -> NDArray[np.complex128]:
         """Phasors (2,) of the force on the bearing, x and y, N, peak."""

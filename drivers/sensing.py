@@ -33,7 +33,8 @@ PER_PEAK: dict[str, float] = {"rms": math.sqrt(0.5), "peak": 1.0, "peak_to_peak"
 class Sensor:
     """A sensor fixed in space at axial_mm from the mass centre, sensing towards direction_deg (ccw from x).
 
-    noise: standard deviation of the reported 1x vector per real component, in the reported unit and detection.
+    axial_arm_mm: of a sensor that senses along the axis instead, its distance from it towards direction_deg. noise:
+    standard deviation of the reported 1x vector per real component, in the reported unit and detection.
     broadband_rms: what the sensor sees besides the 1x component, rms in the unit; part of the overall value only.
     """
 
@@ -45,6 +46,7 @@ class Sensor:
     detection: Detection = "rms"
     noise: float = 0.0
     broadband_rms: float = 0.0
+    axial_arm_mm: float | None = None
 
     def __post_init__(self) -> None:
         require_finite(self)
@@ -56,11 +58,18 @@ class Sensor:
         require(self.broadband_rms >= 0.0, f"broadband_rms {self.broadband_rms} of {self.name!r}", "be >= 0")
 
 
+def displacement(sensor: Sensor, motion: Motion) -> complex:
+    """Phasor of the displacement that the sensor feels, m, peak."""
+    if sensor.axial_arm_mm is None:
+        return motion.displacement(sensor.axial_mm, sensor.direction_deg)
+    return motion.along_axis(sensor.axial_arm_mm, sensor.direction_deg)
+
+
 def sense(sensor: Sensor, motion: Motion) -> complex:
     """Phasor of the sensor's 1x signal: its modulus is the amplitude in the sensor's unit and detection."""
     order = {"displacement": 0, "velocity": 1, "acceleration": 2}[sensor.quantity]
     derivative = (1j * motion.omega) ** order
-    si = derivative * motion.displacement(sensor.axial_mm, sensor.direction_deg)
+    si = derivative * displacement(sensor, motion)
     return si / PER_UNIT[sensor.quantity][sensor.unit] * PER_PEAK[sensor.detection]
 
 

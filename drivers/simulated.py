@@ -216,7 +216,9 @@ class SimulatedDrum(BaseDriver):
         unbalances = list(self.spec.unbalances)
         for piece, drawn in zip(self._masses, wander, strict=True):
             unbalances.extend(self._really_fitted(piece, float(drawn)))
-        return steady_motion(self.spec.rotor, unbalances, self._speed_rpm * self._drift, self.spec.rotation)
+        motion = steady_motion(self.spec.rotor, unbalances, self._speed_rpm * self._drift, self.spec.rotation)
+        bend = self._faults.bent_shaft
+        return motion if bend is None else motion.bent(bend)
 
     def _really_fitted(self, piece: FittedMass, drawn: float) -> list[Unbalance]:
         """Return the unbalance of a piece where it really sits; none if it fell off."""
@@ -256,7 +258,8 @@ class SimulatedDrum(BaseDriver):
             return sensor
         other_name = swapped[1] if sensor.name == swapped[0] else swapped[0]
         other = next(one for one in self.spec.sensors if one.name == other_name)
-        return replace(sensor, axial_mm=other.axial_mm, direction_deg=other.direction_deg)
+        place = {name: getattr(other, name) for name in ("axial_mm", "direction_deg", "axial_arm_mm")}
+        return replace(sensor, **place)
 
     def _reading(self, sequence: int, moment: datetime, sensor: str, signal: _Signal) -> Reading:
         phased = not self._faults.no_key_phasor

@@ -16,7 +16,7 @@ import numpy as np
 
 from drivers.checks import require, require_finite
 from drivers.drum import DrumSpec, FittedMass, motion_of
-from drivers.sensing import PER_UNIT, Sensor
+from drivers.sensing import PER_UNIT, Sensor, displacement
 from drivers.signal.block import Block, Channel, Floats
 
 ORDER_OF = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -121,7 +121,7 @@ def _one_x(spec: DrumSpec, masses: tuple[FittedMass, ...], sensor: Sensor, turni
 
 def _phasor(spec: DrumSpec, masses: tuple[FittedMass, ...], sensor: Sensor, speed: float) -> complex:
     motion = motion_of(spec, masses, speed_rpm=speed * 60.0 / math.tau)
-    return -(motion.omega**2) * motion.displacement(sensor.axial_mm, sensor.direction_deg)
+    return -(motion.omega**2) * displacement(sensor, motion)
 
 
 def _beside(

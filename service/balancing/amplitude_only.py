@@ -206,8 +206,8 @@ def _refuse_continuum(design: ComplexArray, x: ComplexArray, sensor: int, labels
     if int((singular > 1e-7 * singular[0]).sum()) >= J.shape[1] - 1:
         return
     raise NumericsError(
-        f"the runs leave a continuum of coefficients for {labels.sensor(sensor)}: the trial masses stood in too few "
-        "different directions",
+        f"the runs leave a continuum of coefficients for {labels.sensor(sensor)}, or two that scatter has run into "
+        "one: the trial masses stood in too few different directions",
         code="planes_not_separated",
         field="runs",
         value=sensor,

@@ -230,7 +230,8 @@ def covariance(fit: InfluenceFit, problem: _Problem, masses: ComplexArray, ridge
     if count == planes:
         return block.reshape(2 * count, 2 * count)
     result = np.zeros((planes, 2, planes, 2))
-    result[np.ix_(changed, [0, 1], changed, [0, 1])] = block
+    parts = np.arange(2)
+    result[np.ix_(changed, parts, changed, parts)] = block
     return result.reshape(2 * planes, 2 * planes)
 
 

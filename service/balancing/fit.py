@@ -188,7 +188,7 @@ def _weights(
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     """Weights (K, S), the greatest of each sensor 1; the factors (S,) taken out; which sensors stated their scatter."""
     known = scatter > 0.0
-    stated = known.all(axis=0) if complete else (known | ~present).all(axis=0)
+    stated = np.all(known if complete else known | ~present, axis=0)
     if complete and stated.all():
         weight = 1.0 / scatter
     else:
@@ -197,7 +197,7 @@ def _weights(
     # A common factor per sensor changes nothing but keeps the products away from overflow.
     unit = weight.max(axis=0)
     unit[unit == 0.0] = 1.0
-    return weight / unit, unit, stated
+    return weight / unit, unit, np.asarray(stated)
 
 
 def _variance(

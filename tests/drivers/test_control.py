@@ -14,6 +14,7 @@ from drivers.clock import ManualClock
 from drivers.commands import COMMANDS
 from drivers.control import MOST_BYTES, ControlPort
 from drivers.errors import InvalidSetting, PortUnavailable
+from drivers.plant import Bend
 from drivers.simulated import Faults, FittedMass, LooseMass, SimulatedDrum, threshing_drum_example
 
 
@@ -46,7 +47,9 @@ class TestCommands:
         assert client.put("/new-run", json={}).json()["run"] == 3
 
     def test_all_faults_can_be_stated_and_healed(self, drum: SimulatedDrum, client: httpx2.Client) -> None:
-        faults = Faults(0.1, ("P",), ("Q",), ("P", "Q"), True, True, 20.0, True, LooseMass("1", 5.0, 2.0, True))
+        faults = Faults(
+            0.1, ("P",), ("Q",), ("P", "Q"), True, True, 20.0, True, LooseMass("1", 5.0, 2.0, True), Bend(3.0, 40.0)
+        )
         assert client.put("/faults", json=asdict(faults)).status_code == 200
         assert drum.faults == faults
         assert client.put("/faults", json={"swapped": None, "loose_trial_mass": {"plane": "2"}}).status_code == 200

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from drivers.drum import DrumSpec
 from drivers.errors import InvalidSetting
 from drivers.example import threshing_drum_example
-from drivers.plant import Bearing, Motion, Rotation, Rotor, Unbalance, steady_motion
+from drivers.plant import Bearing, Bend, Motion, Rotation, Rotor, Unbalance, steady_motion
 from drivers.sensing import lag_degrees
 from tests.drivers.drums import drums
 
@@ -156,6 +156,26 @@ class TestAgainstTime:
             seen = (math.degrees(motion.omega * peak_time(times[last], signal)) - motion.spin * 50.0) % 360.0
             apart = (lag_degrees(phasor, motion.spin, 50.0) - seen + 180.0) % 360.0 - 180.0
             assert abs(apart) <= 0.05
+        # along the axis a housing moves as the drum's rotations about x and y make it
+        moved = 0.08 * (math.sin(0.5) * states[last, 2] - math.cos(0.5) * states[last, 3])
+        phasor = motion.along_axis(80.0, math.degrees(0.5))
+        assert moved == pytest.approx((phasor * np.exp(1j * motion.omega * times[last])).real, abs=2e-4 * abs(phasor))
+
+
+class TestBend:
+    @pytest.mark.parametrize("rotation", ["cw", "ccw"])
+    def test_housings_rock_with_the_shaft_and_nothing_else_changes(self, rotation: Rotation) -> None:
+        rotor = threshing_drum_example().rotor
+        straight = steady_motion(rotor, [Unbalance(-330.0, 6e4, 110.0)], 460.0, rotation)
+        bent = straight.bent(Bend(tilt_mrad=3.0, angle_deg=40.0))
+        for t in (0.0, 0.013, 0.05):
+            # the journal's direction at this moment, in space
+            towards = straight.spin * straight.omega * t + math.radians(40.0)
+            for direction in (0.0, 90.0, 200.0):
+                more = bent.along_axis(100.0, direction) - straight.along_axis(100.0, direction)
+                expected = -0.1 * 0.003 * math.cos(towards - math.radians(direction))
+                assert (more * np.exp(1j * straight.omega * t)).real == pytest.approx(expected, abs=1e-12)
+        assert bent.displacement(440.0, 30.0) == straight.displacement(440.0, 30.0)
 
 
 Floats = NDArray[np.float64]

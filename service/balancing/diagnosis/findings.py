@@ -11,14 +11,38 @@ from numpy.typing import NDArray
 from service.balancing.phasors import FloatArray
 
 Severity = Literal["info", "warning", "error"]
+Code = Literal[
+    "ambiguous_without_phase",
+    "bad_run",
+    "correction_in_noise",
+    "not_linear",
+    "not_unbalance_1x_share",
+    "not_unbalance_axial",
+    "not_unbalance_direction",
+    "not_unbalance_phase",
+    "phase_unsteady",
+    "plane_correction_in_noise",
+    "planes_buck",
+    "planes_dependent",
+    "prediction_missed",
+    "runs_contradict",
+    "sense_mirrored",
+    "sensor_incomplete",
+    "sensor_silent",
+    "sensor_stuck",
+    "speed_drift",
+    "trial_mass_large",
+    "trial_response_small",
+]
+"""Every code there is. They are stable: clients and translations go by them."""
 Direction = Literal["horizontal", "vertical", "axial"]
 
 
 @dataclass(frozen=True)
 class Finding:
-    """code: stable. runs, planes, sensors: indices that it is about, empty where it is about all."""
+    """What was found; runs, planes, sensors: indices that it is about, empty where it is about all."""
 
-    code: str
+    code: Code
     severity: Severity
     message: str
     advice: str

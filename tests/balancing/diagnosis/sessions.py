@@ -13,9 +13,12 @@ from drivers.example import threshing_drum_example
 from drivers.faults import NO_FAULTS, Faults
 from drivers.simulated import SimulatedDrum
 from service.balancing.corrections import least_squares
-from service.balancing.diagnosis.findings import Circumstances
+from service.balancing.diagnosis.findings import Circumstances, Direction
 from service.balancing.fit import RunSet, fit_influence
 from service.balancing.phasors import ComplexArray, FloatArray, phasor
+
+DIRECTIONS: dict[str, Direction] = {"H": "horizontal", "V": "vertical", "A": "axial"}
+"""By the last letter of a sensor's name; its first is the bearing."""
 
 
 @dataclass
@@ -63,13 +66,20 @@ class Session:
         readings = self.drum.measure(self.rounds)
         first = {reading.sensor: reading for reading in reversed(readings)}
         names = [sensor.name for sensor in self.spec.sensors]
-        vectors = np.array(
-            [[phasor(r.amplitude, r.phase_deg or 0.0, "lag") for r in readings if r.sensor == name] for name in names]
+        vectors = np.full((len(names), self.rounds), np.nan + 0j)
+        for s, name in enumerate(names):
+            if name in first:
+                vectors[s] = [phasor(r.amplitude, r.phase_deg or 0.0, "lag") for r in readings if r.sensor == name]
+        spread = (
+            np.sqrt(np.var(vectors, axis=1, ddof=1) / (2 * self.rounds))
+            if self.rounds > 1
+            else np.full(len(names), np.nan)
         )
-        spread = np.sqrt(np.var(vectors, axis=1, ddof=1) / (2 * self.rounds)) if self.rounds > 1 else np.full(2, np.nan)
-        speeds = np.array([first[name].speed_rpm or np.nan for name in names])
+        speeds = np.array([first[name].speed_rpm or np.nan if name in first else np.nan for name in names])
         self.rows.append((masses, typed(vectors.mean(axis=1)), spread + 0j, speeds + 0j))
-        self.overall.append(np.array([first[name].overall_rms or np.nan for name in names]))
+        self.overall.append(
+            np.array([first[name].overall_rms or np.nan if name in first else np.nan for name in names])
+        )
         self.checks.append(check)
 
     def trial(self, size: float = 200.0) -> ComplexArray:
@@ -86,15 +96,34 @@ class Session:
             speed_rpm=np.array([row[3].real for row in self.rows]),
             overall=np.array(self.overall),
             check=np.array(self.checks),
+            direction=tuple(DIRECTIONS.get(sensor.name[-1]) for sensor in self.spec.sensors),
+            bearing=tuple(sensor.name[0] for sensor in self.spec.sensors),
         )
 
     def correction(self) -> ComplexArray:
         return least_squares(fit_influence(self.recorded())).masses
 
 
-def sound(seed: int, stated: bool = True, rounds: int = 8) -> Session:
+def three_ways(spec: DrumSpec) -> DrumSpec:
+    """The drum with a horizontal, a vertical and an axial sensor at each bearing."""
+    sensors = []
+    for sensor in spec.sensors:
+        name = sensor.name
+        sensors.append(replace(sensor, name=f"{name}H", direction_deg=0.0))
+        sensors.append(replace(sensor, name=f"{name}V", direction_deg=90.0))
+        sensors.append(replace(sensor, name=f"{name}A", direction_deg=90.0, axial_arm_mm=80.0))
+    return replace(spec, sensors=tuple(sensors))
+
+
+def as_it_is(spec: DrumSpec) -> DrumSpec:
+    return spec
+
+
+def sound(
+    seed: int, stated: bool = True, rounds: int = 8, altered: Callable[[DrumSpec], DrumSpec] = as_it_is
+) -> Session:
     """A session without a fault: as found, trials, and by turns a check run, a repeat, trials left in."""
-    session = Session(seed, stated=stated, rounds=rounds)
+    session = Session(seed, stated=stated, rounds=rounds, altered=altered)
     first, second = session.trial()
     session.run(np.zeros(2, complex))
     session.run(np.array([first, 0]))
