@@ -61,7 +61,7 @@ def misfit_of(runs: RunSet, fit: InfluenceFit) -> Misfit:
     freedom = np.where(present, 1.0 - fit.leverage, 0.0)
     testable = freedom > _FREEDOM
     safe = np.where(testable, freedom, 1.0)
-    missed = np.where(testable, fit.residuals, complex(np.nan)) / safe
+    missed = fit.residuals * np.where(testable, 1.0 / safe, np.nan)
     residual = np.where(present, np.abs(fit.residuals), 0.0)
     error = np.where(testable, residual, 0.0) ** 2
 
