@@ -26,10 +26,23 @@ MOST_STREAMS = 64
 LONGEST_S = 3600.0
 """A stream ends after so long: the browser asks again by itself, from where it was."""
 
+EVENT = {
+    "type": "object",
+    "description": "One event: its name, and a `Live` document as JSON text.",
+    "required": ["event", "data"],
+    "properties": {
+        "event": {"const": "live"},
+        "data": {
+            "type": "string",
+            "contentMediaType": "application/json",
+            "contentSchema": {"$ref": "#/components/schemas/Live"},
+        },
+    },
+}
 STREAM: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "Events `live`, each a `Live` document; the first at once, then one for every change.",
-        "content": {"text/event-stream": {"schema": {"$ref": "#/components/schemas/Live"}}},
+        "content": {"text/event-stream": {"schema": EVENT}},
     },
     503: {"description": "Too many streams are open."},
 }
