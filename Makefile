@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: setup demo test check lint types layers unit lock clean
+.PHONY: setup demo test check lint types layers unit audit fuzz lock clean
 
 setup: $(STAMP)
 
@@ -34,6 +34,14 @@ types: setup
 
 unit: setup
 	@start=$$(date +%s); $(BIN)/pytest -n 2 --durations=10 && echo "make unit: $$(($$(date +%s) - start)) s"
+
+# Known vulnerabilities of the pinned dependencies; what could not be looked up is told as not checked (status 2).
+audit: setup
+	$(BIN)/python -m tests.audit
+
+# The API document with many more requests than the suite tries: about 20 minutes.
+fuzz: setup
+	DRUMTRUE_FUZZ_EXAMPLES=$${DRUMTRUE_FUZZ_EXAMPLES:-300} $(BIN)/pytest tests/api/test_schema.py
 
 lock: setup
 	$(BIN)/uv pip compile --universal --quiet --no-header --no-annotate --extra dev pyproject.toml -o requirements.lock
