@@ -2,7 +2,7 @@
 
 pip-audit passes over a package that it cannot look up and then says that nothing was found. Here such a package is told
 as not checked, and the command does not end well: status 1 where something is vulnerable, 2 where something was not
-checked, 0 only where everything was looked up and nothing found. Without a network nothing is checked, and that is said.
+checked, 0 only where everything was looked up and nothing found. Without a network it says that nothing was.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def pinned(lock: str) -> tuple[str, ...]:
 
 
 def read(output: str, wanted: Iterable[str], reason: str) -> Audit:
-    """What pip-audit's JSON says of the wanted packages; one that it does not speak of was not checked, for `reason`."""
+    """What pip-audit's JSON says of the wanted packages; one that it does not speak of was not checked: `reason`."""
     try:
         entries: list[dict[str, Any]] = json.loads(output)["dependencies"]
     except (ValueError, KeyError, TypeError):
@@ -88,7 +88,7 @@ def main() -> int:
     except subprocess.TimeoutExpired:
         output, reason = "", f"pip-audit did not end within {TIMEOUT_S} s"
     audit = read(output, pinned(LOCK.read_text(encoding="utf-8")), reason)
-    print("\n".join(audit.lines()))
+    print("\n".join(audit.lines()))  # noqa: T201
     return audit.status
 
 
