@@ -46,7 +46,7 @@ CHECKS = [
     checks.negative_data_rejection,
 ]
 SCHEMA: Any = schemathesis.openapi.from_dict(without_security())
-OPERATIONS = {found.ok().label: found.ok() for found in SCHEMA.get_all_operations()}
+OPERATIONS: dict[str, Any] = {found.ok().label: found.ok() for found in SCHEMA.get_all_operations()}
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,8 @@ def tried(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Tried]:
     with workshop(url) as shop:
         known = stored(shop)
         _, token = tokens.create(shop.work, "schemathesis", ["admin"])
-        with asgi.get_client(create_app(Settings(database_url=url), shop.work)) as client:
+        app: Any = create_app(Settings(database_url=url), shop.work)
+        with asgi.get_client(app) as client:
             client.headers["authorization"] = f"Bearer {token}"
             yield Tried(client, known)
 
