@@ -42,6 +42,7 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
         redoc_url=None,
         generate_unique_id_function=lambda route: route.name,
     )
+    app.state.ending = lambda: False  # who serves the application says when it is to end
     app.state.attempts = Attempts(time.monotonic)
     app.add_middleware(BodyLimit, most=settings.max_body_bytes)
     app.add_middleware(Guard, loopback=settings.loopback)

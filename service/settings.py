@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from service.errors import InvalidInput
+
 DEFAULT_DATABASE = Path.home() / ".local" / "share" / "drumtrue" / "drumtrue.db"
 
 
@@ -34,7 +36,17 @@ class Settings:
 
     @staticmethod
     def from_environment(environment: Mapping[str, str] = os.environ, *, database_url: str | None = None) -> Settings:
-        """Settings from `DRUMTRUE_DATABASE_URL`, unless stated, and `DRUMTRUE_TRUSTED_PROXIES`."""
-        url = database_url or environment.get("DRUMTRUE_DATABASE_URL")
+        """Settings from `DRUMTRUE_DATABASE_URL`, unless stated, and `DRUMTRUE_TRUSTED_PROXIES`.
+
+        Raises InvalidInput for an empty address; an empty variable is none.
+        """
+        url = environment.get("DRUMTRUE_DATABASE_URL") or None if database_url is None else database_url
+        if url is not None and not url.strip():
+            raise InvalidInput(
+                "the address of the database is empty",
+                field="database_url",
+                value=url,
+                advice="state sqlite:///PATH or postgresql+psycopg://..., or leave it out for the file in your home",
+            )
         settings = Settings(trusted_proxies=environment.get("DRUMTRUE_TRUSTED_PROXIES", ""))
         return settings if url is None else replace(settings, database_url=url)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import signal
 import socket
 import threading
@@ -102,15 +103,40 @@ def _working(settings: Settings) -> Iterator[Work]:
 
 
 def _server(settings: Settings, log_level: str, work: Work) -> uvicorn.Server:
-    return uvicorn.Server(
+    app = create_app(settings, work)
+    server = uvicorn.Server(
         uvicorn.Config(
-            create_app(settings, work),
+            app,
             log_level=log_level,
             access_log=False,
             timeout_graceful_shutdown=GRACE_S,
             proxy_headers=bool(settings.trusted_proxies),
             forwarded_allow_ips=settings.trusted_proxies,
         )
+    )
+    app.state.ending = lambda: server.should_exit
+    return server
+
+
+def _cannot_listen(host: str, port: int, error: OSError | UnicodeError) -> Conflict:
+    """The port is taken or not allowed, else the host is none of this machine."""
+    reason = error.strerror or error if isinstance(error, OSError) else error
+    number = error.errno if isinstance(error, OSError) and not isinstance(error, socket.gaierror) else None
+    if number in (errno.EADDRINUSE, errno.EACCES):
+        return Conflict(
+            f"cannot listen on {host}:{port}: {reason}",
+            code="address_taken",
+            field="port",
+            value=port,
+            advice="choose another --port (0 takes a free one; those below 1024 may need root), or stop the program "
+            "that has it",
+        )
+    return Conflict(
+        f"cannot listen on {host}: {reason}",
+        code="address_unknown",
+        field="host",
+        value=host,
+        advice="state an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all of them",
     )
 
 
@@ -121,13 +147,7 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((host, port))
-        except OSError as error:
-            raise Conflict(
-                f"cannot listen on {host}:{port}: {error.strerror or error}",
-                code="address_taken",
-                field="port",
-                value=port,
-                advice="choose another --port (0 takes a free one), or stop the program that has it",
-            ) from error
+        except (OSError, UnicodeError) as error:
+            raise _cannot_listen(host, port, error) from error
         listener.listen(128)
         yield listener

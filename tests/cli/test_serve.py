@@ -15,7 +15,11 @@ import httpx2
 import pytest
 
 from db import migrate
-from service.cli.serving import GRACE_S
+from drivers.example import threshing_drum_example
+from service.cli.hardware import machine_of
+from service.cli.serving import GRACE_S, _listening
+from service.errors import Conflict, InvalidInput
+from service.settings import Settings
 
 COMMAND = [sys.executable, "-m", "service"]
 BOUND_S = GRACE_S + 15
@@ -59,6 +63,47 @@ def test_serve_answers_and_stops_when_told(tmp_path: Path, number: signal.Signal
         assert process.returncode in (0, -number, 128 + number), log.read_text()
     assert "Application shutdown complete" in log.read_text()
     assert "Traceback" not in log.read_text()
+
+
+def test_an_open_stream_does_not_keep_it_from_stopping_in_order(tmp_path: Path) -> None:
+    log = tmp_path / "errors"
+    with (
+        served(f"sqlite:///{tmp_path / 'drumtrue.db'}", log) as (process, address),
+        httpx2.Client(base_url=f"{address}/api/v1", timeout=60) as client,
+    ):
+        machine = client.post("/machines", json=machine_of(threshing_drum_example(1), "drum")).json()["id"]
+        session = client.post("/sessions", json={"machine_id": machine}).json()["id"]
+        with client.stream("GET", f"/sessions/{session}/live") as stream:
+            events = stream.iter_lines()
+            assert next(events) == "event: live"
+            process.send_signal(signal.SIGTERM)
+            assert all(line == "" or line.startswith((":", "data:", "event:")) for line in events)
+        process.wait(timeout=BOUND_S)
+    assert "Application shutdown complete" in log.read_text()
+    assert "Traceback" not in log.read_text()
+    assert "CancelledError" not in log.read_text()
+    assert "exceeded" not in log.read_text()  # nothing had to be cut off
+
+
+@pytest.mark.parametrize("host", ["no.such.host.invalid", "203.0.113.7", "a" * 70])
+def test_a_host_that_is_not_this_machine_is_told_as_such(host: str) -> None:
+    with pytest.raises(Conflict, match="cannot listen on") as refused, _listening(host, 0):
+        pass
+    assert (refused.value.code, refused.value.field) == ("address_unknown", "host")
+
+
+def test_a_port_that_is_taken_is_told_as_such() -> None:
+    with _listening("127.0.0.1", 0) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(Conflict, match="in use") as refused, _listening("127.0.0.1", port):
+            pass
+    assert (refused.value.code, refused.value.field) == ("address_taken", "port")
+
+
+def test_an_empty_database_address_is_refused_and_an_empty_variable_is_none() -> None:
+    with pytest.raises(InvalidInput, match="address of the database is empty"):
+        Settings.from_environment({}, database_url="")
+    assert Settings.from_environment({"DRUMTRUE_DATABASE_URL": ""}) == Settings()
 
 
 def test_migrate_twice(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ async def _stream(request: Request, work: Work, session_id: str, first: Live, ev
                 quiet = 0.0
             await asyncio.sleep(INTERVAL_S)
             quiet += INTERVAL_S
-            if await request.is_disconnected():
+            if state.ending() or await request.is_disconnected():
                 return
             found = await run_in_threadpool(live.look, work, session_id)
     finally:
