@@ -19,6 +19,7 @@ from service.usecases.attempts import Attempts
 from service.usecases.work import Work
 from service.version import __version__
 from service.web import pages
+from service.web.routers import reports
 
 PREFIX = "/api/v1"
 
@@ -53,5 +54,6 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
         app.include_router(router, prefix=PREFIX)
     app.include_router(health.router, include_in_schema=False)
     openapi.install(app)
+    app.include_router(reports.files, prefix=PREFIX, include_in_schema=False)
     pages.install(app)
     return app

@@ -72,7 +72,16 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
         EVERYONE,
         ("get_static", "get_icon", "show_login", "log_in", "log_out", "show_preferences", "change_preferences"),
     ),
-    (LOOKERS, ("home",)),
+    (
+        LOOKERS,
+        (
+            "home",
+            "show_report",
+            "show_report_json",
+            "get_report_pdf",
+            "get_report_csv",
+        ),
+    ),
 )
 
 OPERATIONS: Mapping[str, frozenset[Scope] | None] = MappingProxyType(

@@ -6,9 +6,9 @@ from fastapi import Depends, FastAPI
 
 from service.web import assets, problems
 from service.web.form_tokens import require_form_token
-from service.web.routers import api_document, home, login, preferences
+from service.web.routers import api_document, home, login, preferences, reports
 
-ROUTERS = (api_document.router, home.router, login.router, preferences.router)
+ROUTERS = (api_document.router, home.router, login.router, preferences.router, reports.router)
 
 
 def install(app: FastAPI) -> None:

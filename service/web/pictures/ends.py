@@ -56,11 +56,13 @@ def end_view(
     pieces: Sequence[Piece] = (),
     blocked: Sequence[BlockedPosition] = (),
     from_other_end: bool = False,
+    done: bool = False,
 ) -> Picture:
     """Draw a correction plane as seen from `seen_from`, mark up: the far plane too, as if the drum were of glass.
 
     from_other_end: as seen by somebody who stands at the other end; it turns the other way there. A piece that is in
-    no hole (a trial mass at any angle) is drawn at its angle. Angles as in `compass`.
+    no hole (a trial mass at any angle) is drawn at its angle. done: say what was done instead of what to do.
+    Angles as in `compass`.
     """
     plane = next(p for p in machine.planes if p.name == plane_name)
     holes = _holes(plane, pieces, blocked)
@@ -76,10 +78,10 @@ def end_view(
         *(_drawn_hole(machine, compass, hole, size, len(holes)) for hole in holes),
         *_piece_words(machine, compass, holes, reader),
     ]
-    legend = _legend(holes, reader)
+    legend = _legend(holes, reader, done)
     items += [item for index, (part, words) in enumerate(legend) for item in _legend_cell(index, part, words)]
     height = CENTRE[1] + WORDS + 34.0 + 28.0 * math.ceil(len(legend) / 2)
-    return Picture(WIDTH, height, f"{title}: {side}", _described(holes, reader), tuple(items))
+    return Picture(WIDTH, height, f"{title}: {side}", _described(holes, dict(legend), reader), tuple(items))
 
 
 @dataclass(frozen=True)
@@ -258,11 +260,11 @@ def _mass_lines(hole: Hole, reader: Reader) -> list[tuple[Part, str]]:
     return out
 
 
-def _legend(holes: Sequence[Hole], reader: Reader) -> list[tuple[Part, str]]:
+def _legend(holes: Sequence[Hole], reader: Reader, done: bool) -> list[tuple[Part, str]]:
     _ = reader.gettext
     words: dict[Part, str] = {
-        "add": _("bolt in"),
-        "remove": _("take off"),
+        "add": _("bolted in") if done else _("bolt in"),
+        "remove": _("taken off") if done else _("take off"),
         "keep": _("stays"),
         "fixed": _("as found, stays"),
         "blocked": _("takes nothing"),
@@ -276,9 +278,8 @@ def _legend_cell(index: int, part: Part, words: str) -> list[Item]:
     return [group(sign(part, (x, y), 11.0)), Words((x + 22.0, y + 5.5), words, "pic-words", "start", 16.0)]
 
 
-def _described(holes: Sequence[Hole], reader: Reader) -> str:
+def _described(holes: Sequence[Hole], legend: dict[Part, str], reader: Reader) -> str:
     """What is done at each hole, in words."""
-    legend = dict(_legend(holes, reader))
     lines = []
     for hole in holes:
         for piece in hole.pieces:

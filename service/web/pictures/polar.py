@@ -44,12 +44,13 @@ def polar_plot(
     run_out: Sequence[RunOut] = (),
     predicted: SensorVector | None = None,
     close_up: bool = False,
+    legend: bool = True,
 ) -> Picture:
     """Draw the vectors of a sensor at one nominal speed (default: the service speed).
 
     Excluded runs are left out, run-out is subtracted. predicted: what a plan or correction leads one to expect, with
     the circle that its interval spans. close_up: only as far as prediction and limit reach, for what is near the
-    centre; longer vectors are left out. Angles as in `compass`.
+    centre; longer vectors are left out. legend: say every run in words below. Angles as in `compass`.
     """
     _ = reader.gettext
     spec = next(s for s in machine.sensors if s.name == sensor)
@@ -66,14 +67,15 @@ def polar_plot(
     counted = _("phase (lag)") if machine.phase_sense == "lag" else _("phase (lead)")
     items += sense_arrows(paper.compass, RADIUS + 32.0, machine.phase_sense, counted, _("rotation"))
     rows = _legend(seen, marks, reader, spec)
-    items += [item for index, row in enumerate(rows) for item in _legend_row(index, row)]
-    title = _("%(sensor)s at %(speed)s r/min, %(unit)s") % {
+    if legend:
+        items += [item for index, row in enumerate(rows) for item in _legend_row(index, row)]
+    title = _("%(sensor)s at %(speed)s, %(unit)s") % {
         "sensor": sensor,
-        "speed": reader.number(speed, 5),
+        "speed": reader.show.speed(speed),
         "unit": reader.gettext(shown.sign),
     }
     items.append(Words((WIDTH / 2, 20.0), title, "pic-title", size=17.0))
-    height = CENTRE[1] + RADIUS + 44.0 + ROW * len(rows)
+    height = CENTRE[1] + RADIUS + (44.0 + ROW * len(rows) if legend else 30.0)
     return Picture(WIDTH, height, title, "; ".join(text for _cls, text in rows), tuple(items))
 
 
@@ -171,7 +173,7 @@ def _vectors(paper: Paper, seen: Sequence[Seen]) -> list[Item]:
             tip = (CENTRE[0] + one.amplitude * paper.scale * 0.5, CENTRE[1] + one.amplitude * paper.scale * 0.866)
         else:
             tip = paper.tip(one.vector)
-            out += [Line((CENTRE, tip), f"pic-vector pic-{kind}"), Circle(tip, 4.0, f"pic-tip pic-{kind}-fill")]
+            out += [Line((CENTRE, tip), f"pic-vector pic-{kind}"), Circle(tip, 4.0, f"pic-{kind}-fill")]
         where = _free_place(tip, taken)
         taken.append(where)
         out.append(_badge(where, one))

@@ -47,4 +47,8 @@ class Reader:
 
     def date(self, moment: datetime) -> str:
         """A day, UTC."""
-        return f"{moment:%d.%m.%Y}" if self.preferences.language == "de" else f"{moment:%Y-%m-%d}"
+        return f"{moment:%Y-%m-%d}"
+
+    def moment(self, moment: datetime) -> str:
+        """A day and a time, UTC."""
+        return f"{moment:%Y-%m-%d %H:%M} UTC"

@@ -236,7 +236,7 @@ def test_the_trend_is_in_order_of_time_and_says_every_value() -> None:
     picture = trend.trend_chart(points, "P", "mm/s rms", GERMAN, limit=0.7)
     along = [x for x, _y in lines(picture, "pic-curve-before")[0].points]
     assert along == sorted(along)
-    assert picture.description.startswith("14.03.2026: 3 → 0,5; ")
+    assert picture.description.startswith("2026-03-14: 3 → 0,5; ")
     assert trend.trend_chart(points[:1], "P", "mm/s", Reader()).height > 0
     assert trend.trend_chart([], "P", "mm/s", Reader()).items == ()
 

@@ -1,0 +1,40 @@
+"""Every class that a picture uses has its paint, on the page and on paper."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from service.web import pictures
+from service.web.assets import files
+from service.web.certificate.paint import Paint, paint_of
+
+ROOM = Path(pictures.__file__).parent
+UNPAINTED = {"pic", "pic-place", "pic-needle"}
+
+
+def test_every_class_of_the_pictures_is_painted_and_every_paint_is_used() -> None:
+    code = "".join(path.read_text() for path in ROOM.glob("*.py"))
+    used = set(re.findall(r"pic-[a-z-]*[a-z]", code))
+    sheet = files()["pictures.css"].decode()
+    painted = set(re.findall(r"^\.(pic-[\w-]+) \{", sheet, re.MULTILINE))
+    made = {f"pic-{kind}{end}" for kind in ("initial", "trial", "check", "correction") for end in ("", "-fill")}
+    made |= {f"pic-{part}-words" for part in ("add", "remove", "keep", "fixed", "blocked", "over", "after")}
+    made |= {f"pic-{arrow}-{end}" for arrow in ("sense", "turning") for end in ("head", "words")}
+    assert used - UNPAINTED <= painted
+    assert painted <= used | made
+
+
+def test_colours_of_light_dark_and_paper_have_the_same_names() -> None:
+    blocks = re.findall(r":root[^{]*\{([^}]*)\}", files()["pictures.css"].decode())
+    names = [set(re.findall(r"--(pic-[\w-]+):", block)) for block in blocks]
+    assert len(names) == 3
+    assert names[0] == names[1] == names[2]
+
+
+def test_paint_is_read_from_the_style_sheet_later_rules_first() -> None:
+    assert paint_of("pic-vector pic-trial") == Paint(stroke=(11, 87, 208), width=3.0)
+    assert paint_of("pic-limit").dashes == (8.0, 4.0)
+    assert paint_of("pic-badge pic-check-fill").fill == (0, 107, 60)
+    assert paint_of("pic-strong").bold
+    assert paint_of("pic-place") == Paint()
