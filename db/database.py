@@ -10,6 +10,7 @@ from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.orm import Session
 
+from db.notices import Notices
 from db.store import Store
 
 BUSY_TIMEOUT_MS = 15_000
@@ -25,6 +26,7 @@ class Database:
     def __init__(self, url: str) -> None:
         self.url = make_url(url)
         self.engine = _engine(url)
+        self.notices = Notices(self.engine)
 
     @property
     def embedded(self) -> bool:
@@ -35,8 +37,11 @@ class Database:
     def write(self) -> Iterator[Store]:
         """A unit of work that commits at its end."""
         engine = self.engine.execution_options(begin="IMMEDIATE")
-        with Session(engine, expire_on_commit=False) as session, session.begin():
-            yield Store(session)
+        with Session(engine, expire_on_commit=False) as session:
+            with session.begin():
+                yield Store(session)
+                self.notices.announce(session)
+            self.notices.tell(session)
 
     @contextmanager
     def read(self) -> Iterator[Store]:
@@ -47,6 +52,7 @@ class Database:
 
     def close(self) -> None:
         """Let go of all connections."""
+        self.notices.close()
         self.engine.dispose()
 
 

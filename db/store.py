@@ -10,6 +10,7 @@ from sqlalchemy import Select, and_, bindparam, delete, func, insert, or_, selec
 from sqlalchemy.orm import Session
 
 from db.bulk import NewReading, insert_new
+from db.notices import stream
 from db.rows import (
     BalancerAnswerRow,
     Base,
@@ -131,6 +132,7 @@ class Store:
     # ------------------------------------------------------------ readings
     def add_readings(self, rows: Sequence[NewReading]) -> int:
         """Insert readings whose (source, sequence) is not stored yet; returns how many were."""
+        stream(self._session, {row.machine_id for row in rows})
         return insert_new(self._session.connection(), rows)
 
     def known(

@@ -75,6 +75,12 @@ def look(work: Work, session_id: str) -> Live:
         return _seen(session.id, session.machine, rows)
 
 
+def topics(work: Work, session_id: str) -> tuple[str, str]:
+    """Keys under which what `look` shows is announced: the session's and its machine's. Raises NotFound."""
+    with work.read() as store:
+        return session_id, require(store, SessionRow, session_id).machine_id
+
+
 def _seen(session_id: str, machine: Machine, rows: Sequence[ReadingRow]) -> Live:
     newest = max((row.taken_at for row in rows), default=None)
     recent = [row for row in rows if newest is not None and newest - row.taken_at <= WINDOW]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
@@ -15,11 +14,11 @@ from service.api.dependencies import Key, WorkDep, errors
 from service.errors import Unavailable
 from service.usecases import live
 from service.usecases.live import Live
+from service.usecases.news import news
 from service.usecases.work import Work
 
 router = APIRouter()
 
-INTERVAL_S = 0.5
 BEAT_S = 10.0
 """A comment so often keeps a quiet stream from being cut on its way."""
 MOST_STREAMS = 64
@@ -67,6 +66,7 @@ async def follow(
     events: Annotated[int, Query(ge=0, le=1_000_000, description="End after so many events; 0: go on.")] = 0,
 ) -> StreamingResponse:
     """The same as server-sent events, as it changes. Units as in `get_now`: the sensor's unit, degrees, r/min."""
+    topics = await run_in_threadpool(live.topics, work, session_id)
     first = await run_in_threadpool(live.look, work, session_id)
     state = request.app.state
     if getattr(state, "streams", 0) >= MOST_STREAMS:
@@ -75,32 +75,35 @@ async def follow(
             code="too_many_streams",
             advice="close a page that shows the session, or ask GET /sessions/{id}/now from time to time",
         )
-    stream = _stream(request, work, session_id, first, events)
+    stream = _stream(request, work, topics, first, events)
     return StreamingResponse(
         stream, media_type="text/event-stream", headers={"cache-control": "no-store", "x-accel-buffering": "no"}
     )
 
 
-async def _stream(request: Request, work: Work, session_id: str, first: Live, events: int) -> AsyncIterator[str]:
+async def _stream(
+    request: Request, work: Work, topics: tuple[str, str], first: Live, events: int
+) -> AsyncIterator[str]:
     """Look again and again; end with the client, the server, the session's deletion, or the time."""
     state = request.app.state
     state.streams = getattr(state, "streams", 0) + 1
+    begun = spoke = work.monotonic()
+    sent, shown, found = 0, None, first
+    waiting = news(work, topics)
     try:
-        sent, quiet, shown = 0, 0.0, None
-        found = first
-        for _ in range(int(LONGEST_S / INTERVAL_S)):
+        while work.monotonic() - begun < LONGEST_S:
             if found != shown:
                 yield f"event: live\ndata: {write_json(found)}\n\n"
-                shown, quiet, sent = found, 0.0, sent + 1
+                shown, spoke, sent = found, work.monotonic(), sent + 1
                 if events and sent >= events:
                     return
-            elif quiet >= BEAT_S:
+            elif work.monotonic() - spoke >= BEAT_S:
                 yield ": still there\n\n"
-                quiet = 0.0
-            await asyncio.sleep(INTERVAL_S)
-            quiet += INTERVAL_S
+                spoke = work.monotonic()
+            await anext(waiting)
             if state.ending() or await request.is_disconnected():
                 return
-            found = await run_in_threadpool(live.look, work, session_id)
+            found = await run_in_threadpool(live.look, work, topics[0])
     finally:
         state.streams -= 1
+        await waiting.aclose()
