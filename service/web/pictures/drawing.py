@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 Point: TypeAlias = tuple[float, float]
+Box: TypeAlias = tuple[float, float, float, float]
+"""Left, top, right, bottom."""
 Anchor = Literal["start", "middle", "end"]
 
-WORD_WIDTH = 0.56
-"""Mean width of a sign, as a share of the size of the letters; enough to keep words apart."""
+WORD_WIDTH = 0.64
+"""Width of a sign, as a share of the size of the letters, that bold words hardly exceed: it keeps words apart."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,8 @@ class Words:
     anchor: Anchor = "middle"
     size: float = 14.0
 
-    def box(self) -> tuple[float, float, float, float]:
-        """Left, top, right, bottom; the width is an estimate."""
+    def box(self) -> Box:
+        """Where it stands; the width is an estimate."""
         width = WORD_WIDTH * self.size * len(self.text)
         left = self.at[0] - {"start": 0.0, "middle": 0.5, "end": 1.0}[self.anchor] * width
         return left, self.at[1] - 0.8 * self.size, left + width, self.at[1] + 0.25 * self.size
@@ -79,6 +81,6 @@ def group(items: Iterable[Item], cls: str = "", title: str | None = None) -> Gro
     return Group(tuple(items), cls, title=title)
 
 
-def overlap(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
-    """Whether two boxes (left, top, right, bottom) share more than an edge."""
+def overlap(a: Box, b: Box) -> bool:
+    """Whether two boxes share more than an edge."""
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

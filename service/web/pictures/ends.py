@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from db.documents.machine import Machine, Plane
@@ -14,21 +14,25 @@ from service.balancing.phasors import normal_degrees
 from service.usecases.rules import hole_label
 from service.web.numbers import MINUS
 from service.web.pictures.compass import Compass, compass_of
-from service.web.pictures.drawing import Circle, Group, Item, Line, Picture, Point, Words, group, overlap
+from service.web.pictures.drawing import Anchor, Box, Circle, Group, Item, Line, Picture, Point, Words, group, overlap
 from service.web.pictures.paper import key_mark
 from service.web.pictures.reader import Reader
+from service.web.pictures.words import short
 
 Part = Literal["add", "remove", "keep", "fixed", "blocked"]
 PARTS: tuple[Part, ...] = ("add", "remove", "keep", "fixed", "blocked")
 """What can be at a hole; where there are several, the first of these gives the hole its sign."""
 
-WIDTH = 560.0
+WIDTH = 600.0
 CENTRE: Point = (WIDTH / 2, 276.0)
 HOLES, RIM, WORDS = 150.0, 182.0, 204.0
 """Radii on paper of the holes, of the drum, and of the words beside it."""
 MOST_NUMBERS = 40
 """Above so many holes only those that matter, and every fifth, have their number."""
 _SAME_HOLE_DEG = 1e-6
+_HEAD = 52.0
+"""Room for title and side, in which no other word stands."""
+MOST_MOVES = 20
 
 
 @dataclass(frozen=True)
@@ -67,20 +71,26 @@ def end_view(
     plane = next(p for p in machine.planes if p.name == plane_name)
     holes = _holes(plane, pieces, blocked)
     compass = compass_of(machine, CENTRE, mirrored=from_other_end)
+    words = _piece_words(machine, compass, holes, reader)
+    lowered = max([0.0, *(_HEAD - item.box()[1] for item in words)])
+    if lowered:
+        compass = replace(compass, centre=(CENTRE[0], CENTRE[1] + lowered))
+        words = _piece_words(machine, compass, holes, reader)
     size = _hole_size(holes)
     title = reader.gettext("Plane %(plane)s") % {"plane": plane.name}
     side = _side(machine, reader, from_other_end)
     items: list[Item] = [
-        Words((WIDTH / 2, 22.0), title, "pic-title", size=19.0),
-        Words((WIDTH / 2, 42.0), side, "pic-small", size=14.0),
-        Circle(CENTRE, RIM, "pic-drum"),
+        Words((WIDTH / 2, 22.0), short(title, 44), "pic-title", size=19.0),
+        Words((WIDTH / 2, 42.0), short(side, 64), "pic-small", size=14.0),
+        Circle(compass.centre, RIM, "pic-drum"),
         *_hub(compass, reader),
         *(_drawn_hole(machine, compass, hole, size, len(holes)) for hole in holes),
-        *_piece_words(machine, compass, holes, reader),
+        *words,
     ]
     legend = _legend(holes, reader, done)
-    items += [item for index, (part, words) in enumerate(legend) for item in _legend_cell(index, part, words)]
-    height = CENTRE[1] + WORDS + 34.0 + 28.0 * math.ceil(len(legend) / 2)
+    bottom = max([compass.centre[1] + RIM + 24.0, *(item.box()[3] for item in words)])
+    items += [item for index, cell in enumerate(legend) for item in _legend_cell(bottom + 22.0, index, *cell)]
+    height = bottom + 14.0 + 28.0 * math.ceil(len(legend) / 2)
     return Picture(WIDTH, height, f"{title}: {side}", _described(holes, dict(legend), reader), tuple(items))
 
 
@@ -138,8 +148,8 @@ def _side(machine: Machine, reader: Reader, from_other_end: bool) -> str:
 
 def _hub(compass: Compass, reader: Reader) -> list[Item]:
     """The shaft with its key-phasor mark, and how the drum turns."""
-    x, y = CENTRE
-    out: list[Item] = [Circle(CENTRE, 34.0, "pic-hub")]
+    x, y = compass.centre
+    out: list[Item] = [Circle(compass.centre, 34.0, "pic-hub")]
     out += [Line(((x, y - 34.0), (x, y - HOLES + 22.0)), "pic-grid"), key_mark((x, y - 20.0), size=16.0)]
     out.append(Words((x + 8.0, y - 44.0), _zero(reader), "pic-strong", "start", 14.0))
     # The drum turns towards negative internal angles; the arrow runs below the shaft, where no number stands.
@@ -212,40 +222,31 @@ def _crossed(where: Point, arm: float, cls: str) -> tuple[Line, Line]:
     )
 
 
-def _piece_words(machine: Machine, compass: Compass, holes: Sequence[Hole], reader: Reader) -> list[Item]:
-    """The masses in words outside the drum, moved outwards where two would meet."""
-    out: list[Item] = []
-    taken: list[tuple[float, float, float, float]] = []
+def _piece_words(machine: Machine, compass: Compass, holes: Sequence[Hole], reader: Reader) -> list[Words]:
+    """The masses in words outside the drum; moved outwards, and with the hole's name, where two would meet."""
+    out: list[Words] = []
     for hole in holes:
         for part, text in _mass_lines(hole, reader):
-            words = _placed(machine, compass, hole, part, text, taken)
-            taken.append(words.box())
-            out.append(words)
+            out.append(_placed(machine, compass, hole, (part, text), [words.box() for words in out]))
     return out
 
 
-def _placed(
-    machine: Machine,
-    compass: Compass,
-    hole: Hole,
-    part: Part,
-    text: str,
-    taken: Sequence[tuple[float, float, float, float]],
-) -> Words:
-    for step in range(12):
+def _placed(machine: Machine, compass: Compass, hole: Hole, words: tuple[Part, str], taken: Sequence[Box]) -> Words:
+    part, text = words
+    size = 17.0 if len(text) <= 11 else 14.0
+    for step in range(MOST_MOVES):
+        shown = text if step == 0 or hole.label is None else f"{hole.label}: {text}"
         x, y = compass.at(WORDS + 9.0 * step, hole.degrees, machine.angle_sense)
-        aside = x - CENTRE[0]
-        anchor: Literal["start", "middle", "end"] = "middle" if abs(aside) < 60 else "start" if aside > 0 else "end"
-        words = Words(
-            (x - (14.0 if aside > 60 else -14.0 if aside < -60 else 0.0), y + 5.0),
-            text,
-            f"pic-{part}-words",
-            anchor,
-            17.0,
-        )
-        if not any(overlap(words.box(), box) for box in taken):
+        aside = x - compass.centre[0]
+        anchor: Anchor = "middle" if abs(aside) < 60.0 else "start" if aside > 0.0 else "end"
+        # Beside the drum the words begin where it ends; above and below it they stand over the hole.
+        x -= 14.0 * (0 if anchor == "middle" else 1 if anchor == "start" else -1)
+        placed = Words((x, y + 5.0), shown, f"pic-{part}-words", anchor, size)
+        left, _top, right, _bottom = placed.box()
+        placed = replace(placed, at=(x + max(0.0, 4.0 - left) - max(0.0, right - WIDTH + 4.0), y + 5.0))
+        if not any(overlap(placed.box(), box) for box in taken):
             break
-    return words
+    return placed
 
 
 def _mass_lines(hole: Hole, reader: Reader) -> list[tuple[Part, str]]:
@@ -273,8 +274,8 @@ def _legend(holes: Sequence[Hole], reader: Reader, done: bool) -> list[tuple[Par
     return [(part, words[part]) for part in PARTS if part in found]
 
 
-def _legend_cell(index: int, part: Part, words: str) -> list[Item]:
-    x, y = 110.0 + 230.0 * (index % 2), CENTRE[1] + WORDS + 36.0 + 28.0 * (index // 2)
+def _legend_cell(top: float, index: int, part: Part, words: str) -> list[Item]:
+    x, y = 120.0 + 240.0 * (index % 2), top + 28.0 * (index // 2)
     return [group(sign(part, (x, y), 11.0)), Words((x + 22.0, y + 5.5), words, "pic-words", "start", 16.0)]
 
 

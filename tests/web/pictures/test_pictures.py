@@ -124,7 +124,7 @@ def test_the_end_view_says_what_goes_where_by_shape_and_words() -> None:
     for word in (
         "+20\u202fg + 50\u202fg",
         "+30\u202fg",
-        "\N{MINUS SIGN}10\u202fg",
+        "2: \N{MINUS SIGN}10\u202fg",
         "100\u202fg",
         "5\u202fg",
         "seen from: gear side",
@@ -149,6 +149,12 @@ def test_words_beside_the_drum_do_not_run_into_each_other() -> None:
     boxes = [item.box() for item in items(picture) if isinstance(item, Words) and item.cls == "pic-add-words"]
     assert len(boxes) == len(crowd)
     assert not any(overlap(a, b) for n, a in enumerate(boxes) for b in boxes[:n])
+    heads = [
+        item.box() for item in items(picture) if isinstance(item, Words) and item.cls in ("pic-title", "pic-small")
+    ]
+    legend = [item.box() for item in items(picture) if isinstance(item, Words) and item.cls == "pic-words"]
+    assert not any(overlap(a, b) for a in boxes for b in [*heads, *legend])
+    assert all(left >= 0.0 and right <= picture.width and bottom <= picture.height for left, _, right, bottom in boxes)
 
 
 @given(st.lists(st.floats(0.0, 359.0), min_size=1, max_size=360, unique_by=lambda a: round(a, 3)))
