@@ -14,6 +14,7 @@ from db.documents.machine import CatalogueItem, Machine
 from db.documents.plan import Plan
 from db.documents.run import MassOnRotor, Run, RunOut
 from db.documents.session import AsFoundPiece
+from db.documents.stop import Stop
 from db.types import Document, UtcTime
 
 _KEY = String(32)
@@ -160,6 +161,18 @@ class PlanRow(Base):
     session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
     number: Mapped[int]
     plan: Mapped[Plan] = mapped_column(Document(Plan))
+
+
+class StopRow(Base):
+    """A stop of the machine to change masses, as a document."""
+
+    __tablename__ = "stop"
+    __table_args__ = (UniqueConstraint("session_id", "number"),)
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
+    number: Mapped[int]
+    stop: Mapped[Stop] = mapped_column(Document(Stop))
 
 
 class SourceRow(Base):

@@ -26,6 +26,7 @@ from db.rows import (
     SourceRow,
     StockBalanceRow,
     StockEntryRow,
+    StopRow,
     TokenRow,
 )
 
@@ -77,14 +78,23 @@ class Store:
         return self._session.scalars(select(CatalogueRow).where(CatalogueRow.name == name)).one_or_none()
 
     def sessions(
-        self, limit: int, offset: int, *, machine_id: str | None = None, state: str | None = None
+        self,
+        limit: int,
+        offset: int,
+        *,
+        machine_id: str | None = None,
+        state: str | None = None,
+        words: str | None = None,
     ) -> Sequence[SessionRow]:
-        """Sessions, newest first."""
+        """Sessions, newest first; words: those whose machine, technician or note has them, in any case."""
         query = select(SessionRow).order_by(SessionRow.created_at.desc(), SessionRow.id)
         if machine_id is not None:
             query = query.where(SessionRow.machine_id == machine_id)
         if state is not None:
             query = query.where(SessionRow.state == state)
+        if words is not None:
+            searched = (SessionRow.machine_name, SessionRow.technician, SessionRow.note)
+            query = query.where(or_(*(column.icontains(words, autoescape=True) for column in searched)))
         return self._page(query, limit, offset)
 
     def open_sessions(self, machine_id: str) -> Sequence[SessionRow]:
@@ -111,6 +121,10 @@ class Store:
     def plans(self, session_id: str) -> Sequence[PlanRow]:
         """Plans of a session, in order."""
         return self._numbered(PlanRow, session_id)
+
+    def stops(self, session_id: str) -> Sequence[StopRow]:
+        """Stops of a session to change masses, in order."""
+        return self._numbered(StopRow, session_id)
 
     # ------------------------------------------------------------ influence
     def influences(self, machine_id: str) -> Sequence[InfluenceRow]:
@@ -163,6 +177,16 @@ class Store:
             .order_by(ReadingRow.taken_at.desc())
             .limit(most)
         ).all()
+
+    def newest_of(self, sources: Sequence[str]) -> dict[str, datetime]:
+        """When the newest reading of each source was taken; one without any is left out."""
+        # One look at the end of the index for each: there are few sources, and many readings.
+        out = {}
+        for source in sources:
+            newest = self._session.scalar(select(func.max(ReadingRow.taken_at)).where(ReadingRow.source == source))
+            if newest is not None:
+                out[source] = newest
+        return out
 
     def highest_sequence(self, kind: type[ReadingRow | BalancerAnswerRow], source: str) -> int:
         """The highest number stored of a source; -1 for none."""

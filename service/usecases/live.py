@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from datetime import datetime, timedelta
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from db.documents.base import document
 from db.documents.machine import Machine
+from db.documents.run import Take
 from db.rows import ReadingRow, SessionRow
 from service.balancing.phasors import PhaseSense, phasor, polar
 from service.usecases.work import Work, require
@@ -66,12 +67,15 @@ class Live:
     """A run may be taken: every sensor of the machine is steady."""
 
 
-def look(work: Work, session_id: str) -> Live:
-    """The window of the last 10 s before the newest reading, at most 400 readings. Raises NotFound."""
+def look(work: Work, session_id: str, since: datetime | None = None) -> Live:
+    """The window of the last 10 s before the newest reading, at most 400 readings. Raises NotFound.
+
+    since: nothing from before it is seen, such as the moment the machine was released with other masses on.
+    """
     with work.read() as store:
         session = require(store, SessionRow, session_id)
         sources = [row.name for row in store.sources() if row.machine_id == session.machine_id]
-        rows = store.newest_readings(session.machine_id, session.id, sources, session.created_at, MOST_READINGS)
+        rows = store.newest_readings(session.machine_id, session.id, sources, _first(session, since), MOST_READINGS)
         return _seen(session.id, session.machine, rows)
 
 
@@ -79,6 +83,30 @@ def topics(work: Work, session_id: str) -> tuple[str, str]:
     """Keys under which what `look` shows is announced: the session's and its machine's. Raises NotFound."""
     with work.read() as store:
         return session_id, require(store, SessionRow, session_id).machine_id
+
+
+def window(work: Work, session_id: str, since: datetime | None = None) -> Take | None:
+    """The window that `look` sees, of the source with the most readings in it: what a run taken now is made of.
+
+    None where no bound source has a reading. Raises NotFound.
+    """
+    with work.read() as store:
+        session = require(store, SessionRow, session_id)
+        sources = [row.name for row in store.sources() if row.machine_id == session.machine_id]
+        rows = store.newest_readings(session.machine_id, session.id, sources, _first(session, since), MOST_READINGS)
+        newest = max((row.taken_at for row in rows), default=None)
+        recent = [
+            row for row in rows if newest is not None and newest - row.taken_at <= WINDOW and row.source in sources
+        ]
+        if not recent:
+            return None
+        source = Counter(row.source for row in recent).most_common(1)[0][0]
+        times = [row.taken_at for row in recent if row.source == source]
+        return Take(source=source, since=min(times), until=max(times))
+
+
+def _first(session: SessionRow, since: datetime | None) -> datetime:
+    return session.created_at if since is None else max(session.created_at, since)
 
 
 def _seen(session_id: str, machine: Machine, rows: Sequence[ReadingRow]) -> Live:

@@ -52,11 +52,19 @@ def get(work: Work, session_id: str) -> Session:
 
 
 def find(
-    work: Work, limit: int, offset: int, *, machine_id: str | None = None, state: str | None = None
+    work: Work,
+    limit: int,
+    offset: int,
+    *,
+    machine_id: str | None = None,
+    state: str | None = None,
+    words: str | None = None,
 ) -> tuple[SessionSummary, ...]:
-    """Sessions, newest first, of a machine or in a state."""
+    """Sessions, newest first, of a machine, in a state, or with words in machine, technician or note."""
     with work.read() as store:
-        return tuple(_summary(row) for row in store.sessions(limit, offset, machine_id=machine_id, state=state))
+        return tuple(
+            _summary(row) for row in store.sessions(limit, offset, machine_id=machine_id, state=state, words=words)
+        )
 
 
 def change(work: Work, session_id: str, patch: SessionPatch) -> Session:

@@ -2,13 +2,43 @@
 
 from __future__ import annotations
 
-from fastapi import Depends, FastAPI
+from fastapi import Depends, FastAPI, Request, Response
 
 from service.web import assets, problems
 from service.web.form_tokens import require_form_token
-from service.web.routers import api_document, home, login, preferences, reports
+from service.web.routers import (
+    api_document,
+    boxes,
+    guiding,
+    home,
+    listing,
+    login,
+    machines,
+    plans,
+    preferences,
+    reports,
+    runs,
+    sources,
+    stops,
+    stream,
+)
 
-ROUTERS = (api_document.router, home.router, login.router, preferences.router, reports.router)
+ROUTERS = (
+    api_document.router,
+    home.router,
+    login.router,
+    preferences.router,
+    listing.router,
+    guiding.router,
+    runs.router,
+    stops.router,
+    plans.router,
+    stream.router,
+    machines.router,
+    boxes.router,
+    sources.router,
+    reports.router,
+)
 
 
 def install(app: FastAPI) -> None:
@@ -16,3 +46,9 @@ def install(app: FastAPI) -> None:
     for router in (assets.router, *ROUTERS):
         app.include_router(router, include_in_schema=False, dependencies=[Depends(require_form_token)])
     problems.install(app)
+    app.add_exception_handler(guiding.Stale, _stale)
+
+
+def _stale(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, guiding.Stale)  # noqa: S101
+    return error.answer()

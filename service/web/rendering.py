@@ -16,6 +16,7 @@ from service.web.environment import environment
 from service.web.form_tokens import FIELD, FormToken
 from service.web.language import translations
 from service.web.preferences import COOKIE, LANGUAGES, Preferences
+from service.web.wording import words
 
 HEADERS = {
     # Nothing from anywhere else, no script or style in the page itself: what a page shows cannot be made to run.
@@ -63,6 +64,10 @@ class Page:
         """A text in the reader's language, `%(name)s` filled in."""
         found = translations(self.language).gettext(message)
         return found % values if values else found
+
+    def words(self, told: str | None) -> str:
+        """What a use case says, as a sentence in the reader's language."""
+        return words(told or "", self.language)
 
     def render(self, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
         """The page that a template makes of what is handed to it.

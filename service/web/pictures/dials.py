@@ -52,6 +52,13 @@ def amplitude_dial(
     return Picture(SIZE, HEIGHT, title, f"{text} {reader.gettext(unit.sign)}", tuple(items))
 
 
+def amplitude_turn(sensor: Sensor, amplitude: float, reader: Reader, *, top: float) -> float:
+    """Turn of the needle in degrees on the dial of `amplitude_dial` with the same `top`."""
+    unit = reader.amplitude_unit(sensor)
+    full = unit.store(ticks(unit.show(top), 4)[-1])
+    return _turn(min(amplitude / full, 1.05))
+
+
 def phase_dial(machine: Machine, sensor: Sensor, phase_deg: float | None, reader: Reader) -> Picture:
     """Draw a phase as on the polar plot: same mark, same sense; None: there is no key-phasor."""
     compass = compass_of(machine, CENTRE)

@@ -1,0 +1,152 @@
+"""Corrections and plans: computed, compared, made again with a hole or a piece struck out, undone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from fastapi.responses import HTMLResponse, Response
+
+from db.documents.correction import CorrectionRequest, CorrectionSource
+from db.documents.machine import CataloguePatch, Pieces
+from db.documents.plan import BlockedPosition, Mode, ObjectiveName, PlanRequest
+from db.documents.run import MassOnRotor
+from service.errors import DrumtrueError
+from service.usecases import catalogues, corrections, plans
+from service.web import illustrations, steps
+from service.web.forms import Form, TypedDep
+from service.web.guide import Guide, look
+from service.web.rendering import Page, PageDep
+from service.web.routers.guiding import GuideDep, Key
+
+router = APIRouter(prefix="/sessions/{session_id}")
+
+ALTERNATIVES = 3
+TIME_LIMIT_S = 8.0
+SOURCES: dict[str, CorrectionSource] = {
+    "fit": "fit",
+    "saved_influence": "saved_influence",
+    "amplitude_only": "amplitude_only",
+    "balancer": "balancer",
+}
+OBJECTIVES: dict[str, ObjectiveName] = {
+    "residual_vibration": "residual_vibration",
+    "components": "components",
+    "bearing_force": "bearing_force",
+}
+MODES: dict[str, Mode] = {"best": "best", "fewest": "fewest"}
+PlanKey = Annotated[str, Path(min_length=1, max_length=32)]
+
+
+@router.post("/corrections")
+def make_correction(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
+    """The continuous masses that would bring the drum to rest."""
+    form = Form(typed, page.language)
+    source = form.choice("source", SOURCES) or "fit"
+    masses = _balancer_masses(page, guide, form) if source == "balancer" else None
+    if not form.ok:
+        return steps.show(page, guide, form=form, status=422)
+    if source == "fit" and not any(r.phase_deg is not None for run in guide.used for r in run.readings):
+        source = "amplitude_only"
+    try:
+        corrections.add(page.work, guide.session.id, CorrectionRequest(source=SOURCES[source], masses=masses))
+    except DrumtrueError as error:
+        return steps.refused(page, guide, form, error)
+    return page.goto(f"/sessions/{guide.session.id}/step/correction")
+
+
+@router.post("/plans")
+def make_plan(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
+    """The best selection of what is in the box."""
+    form = Form(typed, page.language)
+    correction = guide.correction
+    objective = form.choice("objective", OBJECTIVES) or "residual_vibration"
+    mode = form.choice("mode", MODES, required=False) or "best"
+    most = form.whole("max_masses_per_plane", low=1, high=20, required=False)
+    if not form.ok or correction is None:
+        return steps.show(page, guide, "plan", form=form, status=422)
+    request = PlanRequest(
+        correction_id=correction.id,
+        objective=OBJECTIVES[objective],
+        mode=MODES[mode],
+        max_masses_per_plane=most,
+        alternatives=ALTERNATIVES,
+        time_limit_s=TIME_LIMIT_S,
+    )
+    return _proposed(page, guide, form, request)
+
+
+@router.post("/plans/{plan_id}/again")
+def make_plan_again(page: PageDep, guide: GuideDep, typed: TypedDep, plan_id: PlanKey) -> Response:
+    """The plan again, without a hole that cannot be used or a piece that is not in the box."""
+    form = Form(typed, page.language)
+    before = plans.get(page.work, plan_id)
+    blocked = before.request.blocked
+    if form.value("clear"):
+        blocked = ()
+    if form.value("blocked_plane"):
+        angle = form.angle("blocked_deg")
+        if angle is not None and form.ok:
+            blocked = (*blocked, BlockedPosition(plane=form.value("blocked_plane"), position_deg=angle))
+    missing = form.number("missing_g", above=0.0, high=1e6, required=False)
+    if not form.ok:
+        return steps.show(page, guide, "plan", form=form, status=422)
+    try:
+        if missing is not None:
+            _strike_out(page, guide, missing)
+    except DrumtrueError as error:
+        return steps.refused(page, guide, form, error, "plan")
+    correction = guide.correction.id if guide.correction is not None else before.correction_id
+    return _proposed(page, guide, form, replace(before.request, correction_id=correction, blocked=blocked))
+
+
+@router.get("/plans/{plan_id}/front")
+def show_front(page: PageDep, session_id: Key, plan_id: PlanKey) -> HTMLResponse:
+    """What each further piece brings."""
+    plan, points = plans.get(page.work, plan_id), plans.front(page.work, plan_id)
+    return page.render(
+        "front.html",
+        session=look(page.work, session_id).session,
+        plan=plan,
+        points=points,
+        picture=illustrations.front(plan, points, page.preferences),
+    )
+
+
+@router.post("/plans/{plan_id}/unfit")
+def undo_fit(page: PageDep, guide: GuideDep, typed: TypedDep, plan_id: PlanKey) -> Response:
+    """The fitted masses came off again: they go back into the box."""
+    form = Form(typed, page.language)
+    try:
+        plans.unfit(page.work, plan_id)
+    except DrumtrueError as error:
+        return steps.refused(page, guide, form, error)
+    return page.goto(f"/sessions/{guide.session.id}")
+
+
+def _proposed(page: Page, guide: Guide, form: Form, request: PlanRequest) -> Response:
+    try:
+        plans.propose(page.work, guide.session.id, request)
+    except DrumtrueError as error:
+        return steps.refused(page, guide, form, error, "plan")
+    return page.goto(f"/sessions/{guide.session.id}/step/plan")
+
+
+def _strike_out(page: Page, guide: Guide, mass_g: float) -> None:
+    """One piece that the box should hold is not there: book what a count would find."""
+    box = catalogues.get(page.work, guide.session.catalogue_id or "")
+    item = next((one for one in box.items if abs(one.mass_g - mass_g) < 1e-9), None)
+    if item is not None and item.on_hand:
+        counted = (Pieces(mass_g=item.mass_g, pieces=item.on_hand - 1),)
+        catalogues.change(page.work, box.id, CataloguePatch(counted=counted))
+
+
+def _balancer_masses(page: Page, guide: Guide, form: Form) -> tuple[MassOnRotor, ...]:
+    out = []
+    for index, plane in enumerate(guide.session.machine.planes):
+        grams = form.number(f"masses[{index}].mass_g", low=0.0, high=1e5, unit=page.display.mass_unit())
+        angle = form.angle(f"masses[{index}].angle_deg")
+        if grams and angle is not None:
+            out.append(MassOnRotor(plane=plane.name, mass_g=grams, angle_deg=angle))
+    return tuple(out)

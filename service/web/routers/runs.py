@@ -1,0 +1,117 @@
+"""Runs: typed in, taken from the live source, excluded, taken in again."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path
+from fastapi.responses import Response
+
+from db.documents.run import RunKind, RunPatch, RunReading, RunRequest, Take
+from service.errors import DrumtrueError, OutOfOrder
+from service.usecases import live, runs
+from service.web import steps
+from service.web.forms import Form, TypedDep
+from service.web.guide import Guide
+from service.web.language import N_
+from service.web.rendering import Page, PageDep
+from service.web.routers.guiding import GuideDep
+
+router = APIRouter(prefix="/sessions/{session_id}/runs")
+
+MOST_AMPLITUDE = 1e6
+_KIND: dict[str, RunKind] = {"initial": "initial", "trial": "trial", "check": "check"}
+TOO_FAST = N_("%(speed)s is above the service speed of %(service)s. Slow the machine down, then take the run again.")
+
+
+@router.post("")
+def type_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
+    """A run as it was typed in."""
+    form = Form(typed, page.language)
+    machine = guide.session.machine
+    speed = form.number("speed_rpm", low=1.0, high=1e6, required=False)
+    if speed is not None and speed > steps.OVER_SPEED * machine.service_speed_rpm:
+        form.wrong("speed_rpm", TOO_FAST, **_speeds(page, guide, speed))
+    readings = [_reading(page, guide, form, index, speed) for index in range(len(machine.sensors))]
+    stated = tuple(reading for reading in readings if reading is not None)
+    if form.ok and not stated:
+        form.wrong("readings[0].amplitude", N_("Fill in this field."))
+    if not form.ok:
+        return steps.show(page, guide, form=form, status=422, typing=True)
+    return _stored(page, guide, form, _request(guide, readings=stated))
+
+
+@router.post("/take")
+def take_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
+    """The newest readings of the live source, averaged."""
+    form = Form(typed, page.language)
+    now = live.look(page.work, guide.session.id, guide.turning_since)
+    take = live.window(page.work, guide.session.id, guide.turning_since)
+    if take is None:
+        form.wrong("", N_("There is no live value. Check that the source delivers, or type the run in."))
+    elif not now.steady and not form.ticked("anyway"):
+        form.wrong("", N_("The readings are not steady any more. Let the machine settle, then take the run."))
+    fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=0.0)
+    if fastest > steps.OVER_SPEED * guide.session.machine.service_speed_rpm:
+        form.wrong("", TOO_FAST, **_speeds(page, guide, fastest))
+    if not form.ok or take is None:
+        return steps.show(page, guide, form=form, status=422)
+    return _stored(page, guide, form, _request(guide, take=take))
+
+
+@router.post("/{run_id}/exclude")
+def exclude_run(
+    page: PageDep, guide: GuideDep, typed: TypedDep, run_id: Annotated[str, Path(max_length=32)]
+) -> Response:
+    """Leave a run out of everything, or take it in again; nothing is erased."""
+    form = Form(typed, page.language)
+    back = typed.get("step", "")
+    excluded = typed.get("excluded") == "yes"
+    reason = form.text("reason", most=500) or page.text(
+        N_("excluded on the page") if excluded else N_("taken in again")
+    )
+    try:
+        runs.change(page.work, guide.session.id, run_id, RunPatch(excluded=excluded, reason=reason))
+    except DrumtrueError as error:
+        return steps.refused(page, guide, form, error, back)
+    return page.goto(f"/sessions/{guide.session.id}")
+
+
+def _reading(page: Page, guide: Guide, form: Form, index: int, speed: float | None) -> RunReading | None:
+    """What was typed for a sensor; None where its fields are both empty or wrong."""
+    sensor = guide.session.machine.sensors[index]
+    amplitude_name, phase_name = f"readings[{index}].amplitude", f"readings[{index}].phase_deg"
+    if not form.value(amplitude_name).strip() and not form.value(phase_name).strip() and index > 0:
+        return None
+    unit = page.display.amplitude_unit(sensor)
+    amplitude = form.number(amplitude_name, low=0.0, high=MOST_AMPLITUDE, unit=unit)
+    phase = form.angle(phase_name, required=False)
+    if amplitude is None or amplitude_name in form.errors or phase_name in form.errors:
+        return None
+    return RunReading(sensor=sensor.name, amplitude=amplitude, phase_deg=phase, speed_rpm=speed)
+
+
+def _request(guide: Guide, *, readings: tuple[RunReading, ...] | None = None, take: Take | None = None) -> RunRequest:
+    """The run that is next: its masses are those stated when they were fitted."""
+    kind = _KIND.get(guide.step)
+    if kind is None:
+        raise OutOfOrder(
+            "no run is to be taken now",
+            field="kind",
+            value=guide.step,
+            advice="load the session again: it shows what to do next",
+        )
+    masses = () if kind == "initial" else None if kind == "check" else guide.on_rotor
+    return RunRequest(kind=kind, masses=masses, readings=readings, take=take)
+
+
+def _stored(page: Page, guide: Guide, form: Form, request: RunRequest) -> Response:
+    try:
+        runs.add(page.work, guide.session.id, request)
+    except DrumtrueError as error:
+        return steps.refused(page, guide, form, error)
+    return page.goto(f"/sessions/{guide.session.id}")
+
+
+def _speeds(page: Page, guide: Guide, speed: float) -> dict[str, str]:
+    return {"speed": page.display.speed(speed), "service": page.display.speed(guide.session.machine.service_speed_rpm)}

@@ -1,0 +1,47 @@
+"""Sources of readings: which machine each is mounted on, and whether it delivers."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+from fastapi.responses import HTMLResponse, Response
+
+from service.errors import DrumtrueError
+from service.usecases import machines, readings
+from service.web.forms import Form, TypedDep
+from service.web.rendering import Page, PageDep
+
+router = APIRouter(prefix="/sources")
+
+MOST_LISTED = 200
+FRESH_S = 10.0
+
+
+@router.get("")
+def sources_page(page: PageDep) -> HTMLResponse:
+    """All sources with the newest reading of each."""
+    return _sources(page, Form(language=page.language))
+
+
+@router.post("")
+def mount_source(page: PageDep, typed: TypedDep) -> Response:
+    """Say which machine a source is mounted on."""
+    form = Form(typed, page.language)
+    name, machine = form.text("name", required=True), form.text("machine_id", required=True)
+    if name is not None and machine is not None and form.ok:
+        try:
+            readings.bind(page.work, name, machine)
+            return page.goto("/sources")
+        except DrumtrueError as error:
+            form.refused(error)
+    return _sources(page, form, 422)
+
+
+def _sources(page: Page, form: Form, status: int = 200) -> HTMLResponse:
+    listed = machines.find(page.work, MOST_LISTED, 0)
+    names = {machine.id: machine.name for machine in listed}
+    now = page.work.now()
+    found = []
+    for health in readings.health(page.work):
+        age = None if health.newest_at is None else max((now - health.newest_at).total_seconds(), 0.0)
+        found.append((health, names.get(health.machine_id, health.machine_id), age is not None and age < FRESH_S))
+    return page.render("sources.html", status=status, form=form, sources=found, machines=listed)

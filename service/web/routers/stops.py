@@ -1,0 +1,132 @@
+"""Stops to change masses: lock, change, release; each is stated on the page and stored."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from fastapi import APIRouter
+from fastapi.responses import Response
+
+from db.documents.plan import ActualPlacement
+from db.documents.run import MassOnRotor
+from db.documents.stop import Stop, StopPurpose, StopRequest
+from service.errors import DrumtrueError
+from service.usecases import stops
+from service.web import steps
+from service.web.forms import Form, TypedDep
+from service.web.guide import Guide
+from service.web.language import N_
+from service.web.rendering import Page, PageDep
+from service.web.routers.guiding import GuideDep, Key
+
+router = APIRouter(prefix="/sessions/{session_id}/stops")
+
+LOCK = ("standstill", "key_out", "blocked")
+RELEASE = ("torqued", "tools_out", "guards_on")
+NOT_YET = N_("Do this first, then tick it.")
+MOST_G = 1e5
+PURPOSES: dict[str, StopPurpose] = {"trial": "trial", "plan": "plan"}
+
+
+@router.post("")
+def begin_stop(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
+    """Stop the machine for a trial mass or for the masses of a plan."""
+    form = Form(typed, page.language)
+    purpose = form.choice("purpose", PURPOSES) or "trial"
+    alternative = form.whole("alternative", low=0, high=100, required=False)
+    request = StopRequest(
+        purpose=PURPOSES[purpose],
+        plane=form.text("plane"),
+        plan_id=form.text("plan_id"),
+        alternative=alternative,
+    )
+    return _then(page, guide, form, lambda: stops.begin(page.work, guide.session.id, request))
+
+
+@router.post("/{number}/lock")
+def lock_machine(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
+    """The drum stands still, the key is out, the drum is blocked."""
+    form = _ticked(page, typed, LOCK)
+    return _then(page, guide, form, lambda: stops.lock(page.work, guide.session.id, number))
+
+
+@router.post("/{number}/trial")
+def trial_mass_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
+    """The trial mass as it was really bolted on, and whether the one before is off."""
+    form = Form(typed, page.language)
+    plane = guide.stop.plane if guide.stop is not None else None
+    grams = form.number("masses.mass_g", above=0.0, high=MOST_G, unit=page.display.mass_unit())
+    angle = form.angle("masses.angle_deg")
+    kept = guide.on_rotor if form.ticked("keep") else _carried(guide)
+    if not form.ok or grams is None or angle is None or plane is None:
+        return steps.show(page, guide, form=form, status=422)
+    masses = (*kept, MassOnRotor(plane=plane, mass_g=grams, angle_deg=angle))
+    return _then(page, guide, form, lambda: stops.change(page.work, guide.session.id, number, masses))
+
+
+@router.post("/{number}/plan")
+def plan_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
+    """The masses of a plan are on: as planned, or as they were really fitted."""
+    form = Form(typed, page.language)
+    actual = _actual(page, guide, form) if form.ticked("differs") else None
+    return _then(page, guide, form, lambda: stops.fit(page.work, guide.session.id, number, actual))
+
+
+@router.post("/{number}/release")
+def release_machine(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
+    """Bolts are torqued, tools are out, guards are on."""
+    form = _ticked(page, typed, RELEASE)
+    return _then(page, guide, form, lambda: stops.release(page.work, guide.session.id, number))
+
+
+@router.post("/{number}/cancel")
+def cancel_stop(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
+    """Go back before anything was changed."""
+    form = Form(typed, page.language)
+    return _then(page, guide, form, lambda: stops.cancel(page.work, guide.session.id, number))
+
+
+def _ticked(page: Page, typed: dict[str, str], names: tuple[str, ...]) -> Form:
+    form = Form(typed, page.language)
+    for name in names:
+        if not form.ticked(name):
+            form.wrong(name, NOT_YET)
+    return form
+
+
+def _then(page: Page, guide: Guide, form: Form, verb: Callable[[], Stop]) -> Response:
+    if form.ok:
+        try:
+            verb()
+            return page.goto(f"/sessions/{guide.session.id}")
+        except DrumtrueError as error:
+            return steps.refused(page, guide, form, error)
+    return steps.show(page, guide, form=form, status=422)
+
+
+def _carried(guide: Guide) -> tuple[MassOnRotor, ...]:
+    """What stays on the rotor once trial masses are off: the pieces of a fitted plan."""
+    from service.usecases import mapping
+
+    return () if guide.fitted is None else mapping.masses_on_rotor(guide.fitted)
+
+
+def _actual(page: Page, guide: Guide, form: Form) -> tuple[ActualPlacement, ...]:
+    """Each piece of the plan as it was really fitted; one that was not fitted is left out."""
+    out = []
+    planned = guide.stop.placements if guide.stop is not None else ()
+    for index, piece in enumerate(p for p in planned if p.from_box):
+        where = f"actual[{index}]"
+        if form.ticked(f"{where}.left_out"):
+            continue
+        angle = form.angle(f"{where}.position_deg")
+        grams = form.number(f"{where}.mass_g", above=0.0, high=MOST_G)
+        weighed = form.number(
+            f"{where}.weighed_g", above=0.0, high=MOST_G, unit=page.display.mass_unit(), required=False
+        )
+        if angle is not None and grams is not None:
+            out.append(ActualPlacement(plane=piece.plane, position_deg=angle, mass_g=grams, weighed_g=weighed))
+    return tuple(out)
+
+
+__all__ = ["Key", "router"]

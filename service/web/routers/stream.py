@@ -1,0 +1,112 @@
+"""What a page of a session follows: live values as text in the reader's units, and whether the session went on."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from datetime import datetime
+from typing import Any
+
+from fastapi import APIRouter, Request
+from fastapi.responses import StreamingResponse
+from starlette.concurrency import run_in_threadpool
+
+from service.errors import Unavailable
+from service.usecases import live
+from service.web import illustrations
+from service.web.guide import Guide, look
+from service.web.rendering import Page, PageDep
+from service.web.routers.guiding import Key
+from service.web.steps import OVER_SPEED, scales
+
+router = APIRouter(prefix="/sessions/{session_id}")
+
+INTERVAL_S = 0.5
+LONGEST_S = 3600.0
+MOST_STREAMS = 64
+FRESH_S = 4.0
+"""A reading older than this is stale: a source delivers each second or faster."""
+
+
+@router.get("/stream")
+async def follow_page(request: Request, page: PageDep, session_id: Key) -> StreamingResponse:
+    """Server-sent events `now`: every half second, changed or not, so that silence means a lost link."""
+    await run_in_threadpool(look, page.work, session_id)
+    state = request.app.state
+    if getattr(state, "page_streams", 0) >= MOST_STREAMS:
+        raise Unavailable(
+            f"{MOST_STREAMS} pages follow a session already",
+            code="too_many_streams",
+            advice="close a page that shows a session",
+        )
+    return StreamingResponse(
+        _events(request, page, session_id),
+        media_type="text/event-stream",
+        headers={"cache-control": "no-store", "x-accel-buffering": "no"},
+    )
+
+
+async def _events(request: Request, page: Page, session_id: str) -> AsyncIterator[str]:
+    state = request.app.state
+    state.page_streams = getattr(state, "page_streams", 0) + 1
+    age = _Age()
+    try:
+        for _ in range(int(LONGEST_S / INTERVAL_S)):
+            found = await run_in_threadpool(_now, page, session_id)
+            found["stale"] = age.of(found.pop("newest_at"), page.work.now(), page.work.monotonic()) > FRESH_S
+            yield f"event: now\ndata: {json.dumps(found)}\n\n"
+            await asyncio.sleep(INTERVAL_S)
+            if await request.is_disconnected():
+                return
+    finally:
+        state.page_streams -= 1
+
+
+class _Age:
+    """How long ago the newest reading came, by the server's own stop-watch once it has seen one arrive.
+
+    A source's clock may be off: that makes the first look too old or too new, never a reading that is seen to arrive.
+    """
+
+    def __init__(self) -> None:
+        self._newest: datetime | None = None
+        self._seen_at: float | None = None
+
+    def of(self, newest: datetime | None, now: datetime, monotonic: float) -> float:
+        if newest is None:
+            return float("inf")
+        if self._newest is not None and newest != self._newest:
+            self._seen_at = monotonic
+        self._newest = newest
+        return (now - newest).total_seconds() if self._seen_at is None else monotonic - self._seen_at
+
+
+def _now(page: Page, session_id: str) -> dict[str, Any]:
+    guide = look(page.work, session_id)
+    now = live.look(page.work, session_id, guide.turning_since)
+    fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=None)
+    service = guide.session.machine.service_speed_rpm
+    return {
+        "stamp": guide.stamp,
+        "newest_at": now.newest_at,
+        "steady": now.steady,
+        "speed": page.display.speed(fastest),
+        "too_fast": fastest is not None and fastest > OVER_SPEED * service,
+        "sensors": [_sensor(page, guide, one) for one in now.sensors],
+    }
+
+
+def _sensor(page: Page, guide: Guide, now: live.SensorNow) -> dict[str, Any]:
+    sensor = guide.sensor(now.sensor)
+    full = scales(guide)[now.sensor]
+    unit = page.display.amplitude_unit(sensor)
+    return {
+        "name": now.sensor,
+        "amplitude": page.display.number(unit.show(now.amplitude)),
+        "needle": round(illustrations.needle(guide.session, sensor.name, now.amplitude, full, page.preferences), 1),
+        "phase": page.display.angle(now.phase_deg),
+        "turn": round(illustrations.phase_sign(guide.session) * (now.phase_deg or 0.0), 1),
+        "steady": now.steady,
+        "why_not": page.words(now.why_not),
+    }

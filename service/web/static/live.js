@@ -1,0 +1,68 @@
+// Follows a session: live values on the dials, and whether another tablet has gone on.
+
+const SILENT_MS = 3000; // the server sends each half second, changed or not
+
+export function follow(session, stamp) {
+  const panel = document.querySelector("[data-live]");
+  const changed = document.querySelector(".changed");
+  const stream = new EventSource(`/sessions/${session}/stream`);
+  let heard = Date.now();
+  stream.addEventListener("now", (event) => {
+    heard = Date.now();
+    const now = JSON.parse(event.data);
+    if (changed && now.stamp !== stamp) goOn(session, changed);
+    if (panel) show(panel, now);
+  });
+  if (panel) setInterval(() => Date.now() - heard > SILENT_MS && stale(panel, panel.dataset.lostText), 500);
+  addEventListener("pagehide", () => stream.close());
+}
+
+// Another tablet went on: show it at once, unless something is typed here that would be lost from sight.
+function goOn(session, changed) {
+  const typing = [...document.querySelectorAll("main input:not([type=hidden])")].some((field) =>
+    field.type === "checkbox" || field.type === "radio" ? field.checked !== field.defaultChecked : field.value !== field.defaultValue);
+  const sending = document.body.dataset.sending === "yes";
+  if (typing || sending) changed.hidden = sending;
+  else if (changed.hidden) { changed.hidden = false; location.replace(location.pathname.includes("/step/") ? location.href : `/sessions/${session}`); }
+}
+
+function show(panel, now) {
+  for (const sensor of now.sensors) showSensor(panel, sensor);
+  panel.querySelector("[data-speed]").textContent = now.speed;
+  panel.querySelector(".fast").hidden = !now.too_fast || now.stale;
+  if (now.stale) { stale(panel, panel.dataset.staleText); return; }
+  panel.classList.remove("stale");
+  mark(panel.querySelector(".steadiness"), now.steady);
+  panel.querySelector("[data-word]").textContent = now.steady ? panel.dataset.steadyText : panel.dataset.waitsText;
+  panel.querySelector("[data-take]").disabled = !now.steady || now.too_fast;
+  panel.querySelector("[data-anyway]").hidden = now.steady || now.too_fast || !now.sensors.length;
+}
+
+function showSensor(panel, sensor) {
+  const dial = [...panel.querySelectorAll("[data-sensor]")].find((one) => one.dataset.sensor === sensor.name);
+  if (!dial) return;
+  turn(dial.querySelector("[data-amplitude]"), sensor.needle, sensor.amplitude);
+  turn(dial.querySelector("[data-phase]"), sensor.turn, sensor.phase);
+  dial.querySelector("[data-why]").textContent = sensor.why_not ?? "";
+  mark(dial, sensor.steady);
+}
+
+// The dials are drawn by the server: the needle keeps its hub, only its turn and the figure below change.
+function turn(face, degrees, figure) {
+  const needle = face.querySelector(".pic-needle");
+  needle.setAttribute("transform", needle.getAttribute("transform").replace(/rotate\([-\d.e]+/, `rotate(${degrees}`));
+  face.querySelector(".pic-strong").textContent = figure;
+}
+
+function mark(part, steady) {
+  part.classList.toggle("steady", steady);
+  part.classList.toggle("unsteady", !steady);
+}
+
+function stale(panel, words) {
+  panel.classList.add("stale");
+  for (const part of panel.querySelectorAll(".steady, .unsteady")) part.classList.remove("steady", "unsteady");
+  panel.querySelector("[data-word]").textContent = words;
+  panel.querySelector("[data-take]").disabled = true;
+  panel.querySelector("[data-anyway]").hidden = true;
+}

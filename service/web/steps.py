@@ -1,0 +1,262 @@
+"""What each step of a session shows."""
+
+from __future__ import annotations
+
+import uuid
+from dataclasses import dataclass
+from typing import Any
+
+from fastapi.responses import HTMLResponse
+from markupsafe import Markup
+
+from db.documents.influence import TrialMassSuggestion
+from db.documents.machine import StoredCatalogue
+from db.documents.run import MassOnRotor
+from db.documents.stop import Stop
+from service.errors import DrumtrueError, InvalidInput
+from service.usecases import catalogues, influence, mapping, readings, reports
+from service.web import illustrations
+from service.web.forms import Form
+from service.web.guide import STEPS, TITLES, Guide, hole_at, holes
+from service.web.moves import Move, force, moves, wanted_by
+from service.web.rendering import Page
+
+OVER_SPEED = 1.02
+"""Measured over service speed at most: the reading of a tachometer, not a licence to run faster."""
+MOST_BOXES = 200
+
+
+def show(
+    page: Page,
+    guide: Guide,
+    step: str | None = None,
+    *,
+    form: Form | None = None,
+    status: int = 200,
+    notice: str | None = None,
+    typing: bool = False,
+    template: str | None = None,
+) -> HTMLResponse:
+    """A step of a session; the next one unless another is asked for, to look back."""
+    shown = step if step in STEPS and guide.reached(step) else guide.step
+    return page.render(
+        f"steps/{template or shown}.html",
+        status=status,
+        guide=guide,
+        session=guide.session,
+        machine=guide.session.machine,
+        step="" if template else shown,
+        active=shown == guide.step and guide.session.state != "closed",
+        steps=[(name, TITLES[name], guide.place(name), guide.reached(name)) for name in STEPS],
+        form=form or Form(language=page.language),
+        form_key=uuid.uuid4().hex,
+        notice=notice,
+        hole_at=lambda mass: hole_at(guide.plane(mass.plane), mass.angle_deg),
+        force=lambda plane, grams: force(guide.session.machine, plane, grams),
+        over_speed=OVER_SPEED * guide.session.machine.service_speed_rpm,
+        typing=typing,
+        **_OF_STEP[shown](page, guide),
+    )
+
+
+def show_all(page: Page, guide: Guide) -> HTMLResponse:
+    """All runs of a session, whatever the step."""
+    return show(page, guide, "initial", template="runs")
+
+
+# ---------------------------------------------------------------- of each step
+@dataclass(frozen=True)
+class TrialAdvice:
+    """Trial mass for a plane: what the rules say, and what fits of it."""
+
+    plane: str
+    suggestion: TrialMassSuggestion | None
+    piece_g: float | None
+    """The piece of the box next to the suggestion, g."""
+    hole_deg: float
+    """Angle of the hole to use."""
+    why_not: str | None
+
+
+def trial_advice(page: Page, guide: Guide, plane: str) -> TrialAdvice:
+    """Advice for a plane; without the rotor's mass it says why there is none."""
+    suggestion, why_not = None, None
+    try:
+        found = influence.suggest_trials(page.work, guide.session.id)
+        suggestion = next(one for one in found if one.plane == plane)
+    except InvalidInput as refused:
+        why_not = refused.message
+    positions = guide.plane(plane).positions_deg
+    wanted = suggestion.angle_deg if suggestion is not None and suggestion.angle_deg is not None else positions[0]
+    hole = min(positions, key=lambda at: abs((at - wanted + 180.0) % 360.0 - 180.0))
+    return TrialAdvice(plane, suggestion, _piece(page, guide, plane, suggestion), hole, why_not)
+
+
+def _piece(page: Page, guide: Guide, plane: str, suggestion: TrialMassSuggestion | None) -> float | None:
+    box = box_of(page, guide)
+    if box is None or suggestion is None:
+        return None
+    most = guide.plane(plane).max_force_n or float("inf")
+    fits = [
+        item.mass_g + item.fastener_g
+        for item in box.items
+        if item.on_hand != 0 and force(guide.session.machine, plane, item.mass_g + item.fastener_g) <= most
+    ]
+    return min(fits, key=lambda grams: abs(grams - suggestion.mass_g), default=None)
+
+
+def box_of(page: Page, guide: Guide) -> StoredCatalogue | None:
+    """The session's box, with what is left in it."""
+    key = guide.session.catalogue_id
+    return None if key is None else catalogues.get(page.work, key)
+
+
+def _initial(page: Page, guide: Guide) -> dict[str, Any]:
+    return _entry(page, guide)
+
+
+def _trial(page: Page, guide: Guide) -> dict[str, Any]:
+    stop = guide.stop if guide.stop is not None and guide.stop.purpose == "trial" else None
+    asked = page.request.query_params.get("plane")
+    names = [plane.name for plane in guide.session.machine.planes]
+    plane = (
+        stop.plane
+        if stop is not None and stop.plane is not None
+        else asked
+        if asked in names
+        else (guide.planes_to_try or names)[0]
+    )
+    advice = trial_advice(page, guide, plane)
+    return {
+        "plane": guide.plane(plane),
+        "advice": advice,
+        "holes": holes(guide.plane(plane)),
+        "part": guide.part if stop is not None else "begin",
+        "taught": bool(influence.history_of(page.work, guide.session.machine_id)),
+        "pictures": _trial_picture(page, guide, advice),
+        **_entry(page, guide),
+    }
+
+
+def _trial_picture(page: Page, guide: Guide, advice: TrialAdvice) -> list[Markup]:
+    """The plane with the trial mass as advised; earlier trial masses come off."""
+    grams = advice.piece_g or (advice.suggestion.mass_g if advice.suggestion is not None else None)
+    stays = () if guide.fitted is None else mapping.masses_on_rotor(guide.fitted)
+    added = () if grams is None else (MassOnRotor(plane=advice.plane, mass_g=grams, angle_deg=advice.hole_deg),)
+    todo = moves(guide.session.machine, guide.on_rotor, (*stays, *added))
+    return illustrations.ends(guide.session, todo, page.preferences, planes=(advice.plane,), other_end=_other_end(page))
+
+
+def _other_end(page: Page) -> bool:
+    """Whether the reader stands at the end opposite to the one that the machine is described from."""
+    return page.request.query_params.get("end") == "other"
+
+
+def _correction(page: Page, guide: Guide) -> dict[str, Any]:
+    found = guide.session.corrections
+    correction = guide.correction or (found[-1] if found else None)
+    return {
+        "correction": correction,
+        "pictures": illustrations.vectors(guide.session, correction, None, page.preferences),
+        "mirrored": illustrations.mirrored(guide.session, correction, page.preferences),
+    }
+
+
+def _plan(page: Page, guide: Guide) -> dict[str, Any]:
+    plans = guide.session.plans
+    plan = guide.plan or (plans[-1] if plans else None)
+    boxes = [] if guide.session.catalogue_id else catalogues.find(page.work, MOST_BOXES, 0)
+    todo = (
+        [] if plan is None else moves(guide.session.machine, guide.on_rotor, wanted_by(plan.placements, plan.taken_off))
+    )
+    return {
+        "plan": plan,
+        "box": box_of(page, guide),
+        "boxes": boxes,
+        "moves": todo,
+        "pictures": illustrations.ends(
+            guide.session,
+            todo,
+            page.preferences,
+            blocked=() if plan is None else plan.request.blocked,
+            other_end=_other_end(page),
+        ),
+        "vectors": illustrations.vectors(guide.session, guide.correction, plan, page.preferences),
+        "correction": guide.correction,
+        "may_choose": not any(piece.may != "stay" for piece in guide.session.on_rotor),
+    }
+
+
+def _fit(page: Page, guide: Guide) -> dict[str, Any]:
+    stop = guide.stop if guide.stop is not None and guide.stop.purpose == "plan" else None
+    plan = guide.fitted
+    if stop is not None:
+        plan = next((one for one in guide.session.plans if one.id == stop.plan_id), plan)
+    todo = _to_fit(guide, stop)
+    return {
+        "plan": plan,
+        "stop": stop,
+        "box": box_of(page, guide),
+        "moves": todo,
+        "pictures": illustrations.ends(guide.session, todo, page.preferences, other_end=_other_end(page)),
+        "holes": {plane.name: holes(plane) for plane in guide.session.machine.planes},
+        "part": guide.part if stop is not None else "done",
+    }
+
+
+def _to_fit(guide: Guide, stop: Stop | None) -> list[Move]:
+    if stop is None or stop.masses is not None:
+        return moves(guide.session.machine, guide.on_rotor, guide.on_rotor)
+    plan = next(one for one in guide.session.plans if one.id == stop.plan_id)
+    return moves(guide.session.machine, guide.on_rotor, wanted_by(stop.placements, plan.taken_off))
+
+
+def _check(page: Page, guide: Guide) -> dict[str, Any]:
+    lines = reports.before_after(guide.session)
+    return {
+        "lines": lines,
+        "pictures": illustrations.bars(guide.session, lines, page.preferences),
+        **_entry(page, guide),
+    }
+
+
+def _decide(page: Page, guide: Guide) -> dict[str, Any]:
+    report = reports.report(page.work, guide.session.id)
+    return {
+        "report": report,
+        "pictures": illustrations.bars(guide.session, report.before_after, page.preferences),
+        "vectors": illustrations.vectors(guide.session, None, guide.fitted, page.preferences),
+    }
+
+
+def _entry(page: Page, guide: Guide) -> dict[str, Any]:
+    """What a run is taken with: the live values, and a dial for each sensor."""
+    sourced = any(source.machine_id == guide.session.machine_id for source in readings.sources(page.work))
+    return {"sourced": sourced, "dials": illustrations.dials(guide.session, scales(guide), page.preferences)}
+
+
+def scales(guide: Guide) -> dict[str, float]:
+    """Full scale of each sensor's dial, in its stored unit: room above what was measured and the limit."""
+    out = {}
+    for sensor in guide.session.machine.sensors:
+        seen = [r.amplitude for run in guide.session.runs for r in run.readings if r.sensor == sensor.name]
+        limit = illustrations.limit_of(guide.session, sensor.name) or 0.0
+        out[sensor.name] = 1.25 * max([*seen, 2.0 * limit, 1e-6])
+    return out
+
+
+def refused(page: Page, guide: Guide, form: Form, error: DrumtrueError, step: str | None = None) -> HTMLResponse:
+    """The step again, with what was refused beside its field and what was typed kept."""
+    form.refused(error)
+    return show(page, guide, step, form=form, status=error.status)
+
+
+_OF_STEP = {
+    "initial": _initial,
+    "trial": _trial,
+    "correction": _correction,
+    "plan": _plan,
+    "fit": _fit,
+    "check": _check,
+    "decide": _decide,
+}

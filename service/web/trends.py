@@ -1,0 +1,36 @@
+"""A machine over its sessions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from db.documents.machine import Machine
+from db.documents.session import SessionSummary
+from service.usecases import reports, sessions
+from service.web.pictures.reader import Reader
+from service.web.pictures.svg import to_svg
+from service.web.pictures.trend import TrendPoint, trend_chart
+from service.web.rendering import Page
+
+MOST_SESSIONS = 12
+"""So many are read for a trend: a page stays quick however long a machine has been looked after."""
+
+
+def of_machine(page: Page, machine: Machine, listed: Sequence[SessionSummary]) -> list[Markup]:
+    """A picture for each sensor that was measured in two sessions or more."""
+    points: dict[str, list[TrendPoint]] = {sensor.name: [] for sensor in machine.sensors}
+    sensors = {sensor.name: sensor for sensor in machine.sensors}
+    for summary in listed[:MOST_SESSIONS]:
+        for line in reports.before_after(sessions.get(page.work, summary.id)):
+            if line.sensor in points:
+                unit = page.display.amplitude_unit(sensors[line.sensor])
+                after = None if line.after is None else unit.show(line.after)
+                points[line.sensor].append(TrendPoint(summary.created_at, unit.show(line.before), after))
+    reader = Reader(page.preferences)
+    return [
+        to_svg(trend_chart(found, name, page.text(page.display.amplitude_unit(sensors[name]).sign), reader))
+        for name, found in points.items()
+        if len(found) > 1
+    ]
