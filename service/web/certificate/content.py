@@ -20,14 +20,17 @@ def certificate(session: Session, report: Report, reader: Reader) -> Sheet:
     noun = _("session")
     said, mood = results.verdict(report, reader)
     sections = (
-        Section(_("Machine"), (facts.machine_facts(machine, reader), facts.session_facts(session, reader))),
+        Section(
+            _("Machine"),
+            (facts.machine_facts(machine, reader), facts.session_facts(session, reader), facts.note(session, reader)),
+        ),
         Section(_("Before and after"), results.before_after(machine, report.before_after, reader)),
         Section(_("Balance quality (ISO 21940-11)"), results.quality(report.tolerance, reader)),
         Section(_("Masses"), (*results.masses(session, plan, reader), results.proof(report, reader))),
         Section(_("Vibration"), results.polar_plots(session, plan, reader)),
         Section(_("Runs"), results.runs(session, reader)),
         Section(_("Influence coefficients"), results.coefficients(report, reader)),
-        Section(_("Findings"), results.findings(report.diagnostics, reader)),
+        Section(_("Findings"), results.findings(report, reader)),
         Section(_("Instruments and planes"), (facts.sensors(machine, reader), facts.planes(machine, reader))),
         Section(_("Conventions"), (facts.conventions(machine, reader),)),
     )

@@ -29,16 +29,20 @@ def machine_facts(machine: Machine, reader: Reader) -> Facts:
 
 
 def session_facts(session: Session, reader: Reader) -> Facts:
-    """Who balanced when, and what was noted."""
+    """Who balanced when."""
     _ = reader.gettext
     asked = [
         (_("Balanced by"), session.technician),
         (_("Opened"), reader.moment(session.created_at)),
         (_("Closed"), None if session.closed_at is None else reader.moment(session.closed_at)),
         (_("Session"), session.id),
-        (_("Note"), session.note or None),
     ]
     return Facts(tuple((name, value) for name, value in asked if value is not None))
+
+
+def note(session: Session, reader: Reader) -> Lines:
+    """What was noted, if anything was."""
+    return Lines((reader.gettext("Note: %(note)s") % {"note": session.note},) if session.note else ())
 
 
 def sensors(machine: Machine, reader: Reader) -> Table:

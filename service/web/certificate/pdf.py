@@ -138,6 +138,7 @@ def _grid(pdf: FPDF, rows: list[Any], widths: tuple[float, ...], *, heads: bool,
         headings_style=headings,
         borders_layout="HORIZONTAL_LINES" if heads else "NONE",
         padding=(0.45, 1.2),
+        v_align="TOP",
         text_align=tuple("RIGHT" if column in figures else "LEFT" for column in range(len(widths))),
     ) as table:
         soft = FontFace(color=_SOFT)

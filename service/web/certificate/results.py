@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from db.documents.correction import Tolerance
-from db.documents.diagnostic import Diagnostic
 from db.documents.machine import Machine, Sensor
 from db.documents.plan import Placement, Plan
 from db.documents.report import BeforeAfter, Report
@@ -196,13 +195,15 @@ def coefficients(report: Report, reader: Reader) -> tuple[Part, ...]:
     return (Table(heads, tuple(rows), (20, 20, 15, 22, 13, 10), frozenset({2, 3, 5})),)
 
 
-def findings(diagnostics: tuple[Diagnostic, ...], reader: Reader) -> tuple[Part, ...]:
+def findings(report: Report, reader: Reader) -> tuple[Part, ...]:
     """What the runs say of themselves, worst first."""
     _ = reader.gettext
-    if not diagnostics:
+    if not report.influence:
+        return (Lines((_("Not examined: that needs runs with phase that determine the influence coefficients."),)),)
+    if not report.diagnostics:
         return (Lines((_("Nothing speaks against the runs."),)),)
     grave = {"error": _("error"), "warning": _("warning"), "info": _("note")}
-    return (Lines(tuple(f"{grave[d.severity]}: {_(d.message)}. {_(d.advice)}" for d in diagnostics)),)
+    return (Lines(tuple(f"{grave[d.severity]}: {_(d.message)}. {_(d.advice)}" for d in report.diagnostics)),)
 
 
 def _phased(run: Run) -> bool:

@@ -183,7 +183,7 @@ def test_sessions_of_every_kind_have_a_certificate(shared_shop: Workshop) -> Non
         "nothing yet": ("Not finished", "No run has been taken."),
         "unfinished": ("Not finished", "No mass has been fitted."),
         "no limit, no tolerance": ("Not finished", "Not stated: it needs grade"),
-        "no phase": ("Above the limit: P, Q.", "do not determine influence coefficients"),
+        "no phase": ("Above the limit: P, Q.", "Not examined"),
         "many planes, long and strange names": ("Not finished", "Ø µm ° ² <script>alert(1)</script> & □□ □"),
     }
     for name, key in stories(shared_shop):
