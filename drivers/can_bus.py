@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -12,8 +13,10 @@ import can
 
 from drivers.errors import BusUnavailable, InvalidSetting
 
-QUEUE_BYTES = 4 * 1024 * 1024
-"""About half a second of a full bus, at what the kernel counts for a frame; it may grant less."""
+QUEUE_BYTES = 16 * 1024 * 1024
+"""Some seconds of a full bus, at what the kernel counts for a frame; it may grant less to who is not root."""
+SO_RCVBUFFORCE = 33
+"""As SO_RCVBUF, beyond what the machine's setting allows: for root on Linux."""
 MULTICAST_GROUP = "239.74.163.2"
 DEFAULTS: Mapping[str, Mapping[str, object]] = {
     # The IPv6 group that python-can takes by itself does not work on the loopback interface alone, and a hop limit of 1
@@ -85,6 +88,8 @@ def _widen(bus: can.BusABC) -> None:
     try:
         with socket.socket(fileno=os.dup(bus.fileno())) as queue:
             queue.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, QUEUE_BYTES)
+            if sys.platform == "linux":
+                queue.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, QUEUE_BYTES)
     except (OSError, NotImplementedError):
         return  # no socket: an adapter with a queue of its own
 
