@@ -15,7 +15,7 @@ NormName = Literal["sum", "max", "rms"]
 Method = Literal["certified", "modified_jaya", "exact"]
 Base = Literal["as_found", "present"]
 PlanStatus = Literal["optimal", "within_uncertainty", "limit_reached", "heuristic", "infeasible"]
-Mode = Literal["best", "fewest"]
+Mode = Literal["best", "fewest", "combine"]
 PlanState = Literal["proposed", "fitted", "unfitted", "replaced"]
 
 
@@ -42,10 +42,11 @@ class PlanRequest:
     weights: Annotated[tuple[Positive, ...], Len(1, 64)] | None = None
     """Further weight of each predicted vector, in their order; only with residual_vibration."""
     mode: Mode = "best"
-    """best: the smallest objective; fewest: the fewest masses whose objective is within `limit`, proved."""
+    """best: the smallest objective; fewest: the fewest masses whose objective is within `limit`, proved; combine: the
+    fewest that do as well as those of all trims that are bolted on now, which may all come off."""
     limit: Positive | None = None
     """Limit of the objective for mode fewest, in its unit; default for residual_vibration: every sensor within its own
-    limit (norm max, limit 1)."""
+    limit (norm max, limit 1); for mode combine: the objective of the masses that are on now."""
     slack: NotNegative = 0.0
     """Fewer masses, then less mass, then the commonest stock are preferred within this much of the best objective."""
     alternatives: Annotated[int, Ge(0), Le(20)] = 0

@@ -11,6 +11,7 @@ from db.documents.diagnostic import Diagnostic
 from db.documents.influence import Coefficient
 from db.documents.machine import Machine
 from db.documents.plan import BearingForces, Placement, PlanStatus
+from db.documents.run import MassOnRotor
 from db.documents.session import SessionSummary
 
 Zone = Literal["A", "B", "C", "D"]
@@ -43,6 +44,23 @@ class BeforeAfter:
 
 
 @document
+class PlaneLoad:
+    """What is bolted into a plane, of all trims together."""
+
+    plane: str
+    """Correction plane."""
+    pieces: tuple[Placement, ...]
+    """The pieces, round the drum."""
+    carried_g: float
+    """Their mass in all, fasteners included, g."""
+    as_one: MassOnRotor
+    """The one mass that does what they do together: g and degrees; without what was taken off the as-found rotor."""
+    saved: float
+    """Share of `carried_g` that one such mass would save: what the pieces pull against each other. Plan mode combine
+    replaces the pieces by the fewest stock masses that do as well."""
+
+
+@document
 class Report:
     """The report of a session."""
 
@@ -64,6 +82,8 @@ class Report:
     """Each sensor before and after."""
     fitted: tuple[Placement, ...]
     """The stock masses on the drum."""
+    planes: tuple[PlaneLoad, ...]
+    """Each plane with the pieces of all trims, and the one mass they come to; empty without a fitted plan."""
     plan_status: PlanStatus | None
     """What was proved of the plan that is fitted; null without one."""
     plan_gap: float | None

@@ -45,6 +45,7 @@ def fit_runs(
     require_runs(runs)
     rows = mapping.channels(machine, runs)
     known = mapping.run_set(machine, runs, run_out, rows)
+    _require_phase(runs, known)
     speeds = [mapping.speeds(runs, rows)]
     if not any(earlier):
         known = with_speed_scatter(known, speeds[0])
@@ -87,6 +88,7 @@ def fit_saved(
     run = runs[-1]
     rows = mapping.channels(machine, [run])
     known = mapping.run_set(machine, [run], run_out, rows)
+    _require_phase([run], known)
     known = with_speed_scatter(known, mapping.speeds([run], rows), run.nominal_speed_rpm)
     arrays = as_arrays(machine, saved, rows)
     if not np.isfinite(arrays.influence).any():
@@ -125,6 +127,20 @@ def fit_again(
         case "amplitude_only":
             return fit_without_phase(machine, used)
     return None
+
+
+def _require_phase(runs: Sequence[Run], known: RunSet) -> None:
+    """Raise InvalidInput where amplitudes were measured and not one of them has a phase."""
+    if np.isfinite(known.vibration).any() or not any(reading.amplitude for run in runs for reading in run.readings):
+        return
+    raise InvalidInput(
+        f"no reading of {'the run' if len(runs) == 1 else f'the {len(runs)} runs'} has a phase",
+        code="no_phase",
+        field="source",
+        value=len(runs),
+        advice="ask for source amplitude_only, which fits amplitudes alone (each trial mass at three angles), or check "
+        "the key-phasor and measure again",
+    )
 
 
 def require_runs(runs: Sequence[Run]) -> None:

@@ -42,12 +42,13 @@ class Ground:
 
 @dataclass(frozen=True)
 class Posed:
-    """A plan's problem: in arrays, with the pieces on the rotor in it."""
+    """A plan in arrays, with the pieces on the rotor in it; `objective` is of masses on the as-found rotor."""
 
     ground: Ground
     request: PlanRequest
     target: ComplexArray
     fitted: Fitted | None
+    objective: Objective
     pieces: FittedProblem
     uncertainty: float
 
@@ -115,7 +116,8 @@ def pose(ground: Ground, request: PlanRequest) -> Posed:
         in_offset=True,
         tolerance=math.radians(POSITION_TOLERANCE_DEG),
     )
-    return Posed(ground, request, target, fitted, pieces, objective_scatter(objective, request, fitted, target))
+    scatter = objective_scatter(objective, request, fitted, target)
+    return Posed(ground, request, target, fitted, objective, pieces, scatter)
 
 
 def fit_of(ground: Ground) -> Fitted | None:

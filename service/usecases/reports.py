@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from db.documents.correction import Tolerance
 from db.documents.diagnostic import Diagnostic
 from db.documents.influence import Coefficient
 from db.documents.machine import Machine
-from db.documents.report import BeforeAfter, Report, Zone
-from db.documents.run import Run
+from db.documents.plan import Placement
+from db.documents.report import BeforeAfter, PlaneLoad, Report, Zone
+from db.documents.run import MassOnRotor, Run
 from db.documents.session import Session, SessionSummary
 from service.balancing.corrections import least_squares
+from service.balancing.phasors import phasor, polar
 from service.balancing.tolerance import vibration_zone
+from service.balancing.trim import combined, saved_mass
 from service.balancing.units import Scale, convert_amplitude
 from service.errors import InvalidInput
 from service.usecases import mapping, quality, sessions
@@ -27,6 +33,7 @@ def report(work: Work, session_id: str) -> Report:
     """What the session came to. Raises NotFound."""
     session = sessions.get(work, session_id)
     plan = next((p for p in session.plans if p.id == session.fitted_plan_id), None)
+    fitted = () if plan is None else plan.fitted or ()
     return Report(
         session=SessionSummary(**{name: getattr(session, name) for name in SessionSummary.__dataclass_fields__}),
         version=__version__,
@@ -36,7 +43,8 @@ def report(work: Work, session_id: str) -> Report:
         runs=len(session.runs),
         excluded_runs=tuple(run.number for run in session.runs if run.excluded),
         before_after=before_after(session),
-        fitted=() if plan is None else plan.fitted or (),
+        fitted=fitted,
+        planes=plane_loads(session.machine, fitted) if fitted else (),
         plan_status=None if plan is None else plan.status,
         plan_gap=None if plan is None else plan.gap,
         plan_unit=None if plan is None else plan.objective_unit,
@@ -69,6 +77,27 @@ def _of_all_runs(session: Session) -> _OfAllRuns:
         influence=mapping.coefficients(machine, fitted.rows, fitted.fit),
         diagnostics=examined(machine, runs, fitted),
     )
+
+
+def plane_loads(machine: Machine, fitted: Sequence[Placement]) -> tuple[PlaneLoad, ...]:
+    """What is bolted into each plane, and the one mass it comes to."""
+    out = []
+    for plane in machine.planes:
+        pieces = tuple(piece for piece in fitted if piece.plane == plane.name)
+        masses = mapping.as_masses(pieces)
+        vectors = np.array([phasor(m.mass_g, m.angle_deg, machine.angle_sense) for m in masses], dtype=complex)
+        planes = np.zeros(len(masses), dtype=np.int64)
+        mass, angle = polar(complex(combined(vectors, planes, 1)[0]), machine.angle_sense)
+        out.append(
+            PlaneLoad(
+                plane=plane.name,
+                pieces=pieces,
+                carried_g=sum(m.mass_g for m in masses),
+                as_one=MassOnRotor(plane=plane.name, mass_g=mass, angle_deg=angle),
+                saved=saved_mass(vectors, planes, 1),
+            )
+        )
+    return tuple(out)
 
 
 def before_after(session: Session) -> tuple[BeforeAfter, ...]:

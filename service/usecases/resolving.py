@@ -20,7 +20,7 @@ from service.errors import InvalidInput
 from service.usecases.differing import differences
 from service.usecases.posing import Ground
 from service.usecases.rules import check_as_found, check_catalogue, check_masses, normalised, sensor_index
-from service.usecases.selecting import solve_plan
+from service.usecases.selecting import refitted, solve_plan
 from service.usecases.solving import solve_correction
 from service.version import __version__
 
@@ -126,7 +126,7 @@ def _plan(
         correction=correction,
         inputs=given.inputs,
     )
-    return solve_plan(
+    plan = solve_plan(
         ground,
         given.request,
         number=given.number,
@@ -135,6 +135,10 @@ def _plan(
         at=given.created_at,
         monotonic=monotonic,
     )
+    if isinstance(given, Plan) and given.fitted is not None:
+        # What was fitted may differ from what was proposed, and the predictions are of that.
+        return refitted(ground, plan, given.fitted)
+    return plan
 
 
 def _items(log: SessionLog, inputs: PlanInputs) -> tuple[CatalogueItem, ...] | None:

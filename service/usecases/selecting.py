@@ -13,10 +13,12 @@ from db.documents.correction import SensorVector
 from db.documents.machine import Machine
 from db.documents.plan import BearingForces, Change, MethodResult, Offer, Placement, Plan, PlanRequest
 from service.balancing.fitted import placement_uncertainty
+from service.balancing.objectives import evaluate
 from service.balancing.phasors import ComplexArray
 from service.balancing.rotor import bearing_reactions
 from service.balancing.selection import SelectionResult
 from service.balancing.units import angular_speed
+from service.errors import Conflict, InvalidInput
 from service.usecases import mapping
 from service.usecases.keeping import broken_limits
 from service.usecases.posing import Ground, Posed, as_found_placement, in_order, on_now, pose
@@ -74,7 +76,36 @@ def solve(posed: Posed, monotonic: Callable[[], float]) -> Solved:
     broken = broken_limits(posed)
     if broken is not None:
         return Solved([Part(posed.request.method, broken, 0.0)])
-    return run_method(posed.problem, posed.request, posed.uncertainty, monotonic)
+    now = _objective_now(posed) if posed.request.mode == "combine" else None
+    return run_method(posed.problem, posed.request, posed.uncertainty, monotonic, now)
+
+
+def _objective_now(posed: Posed) -> float:
+    """What the masses that are fitted come to, by the catalogue. Raises Conflict or InvalidInput where there are none.
+
+    Weighed masses are left out of it: the same pieces in the same holes must always do as well as themselves.
+    """
+    inputs = posed.ground.inputs
+    if not inputs.present:
+        raise Conflict(
+            "there are no fitted masses to combine",
+            code="nothing_fitted",
+            field="mode",
+            value="combine",
+            advice="fit a plan first, or ask for mode fewest with a limit",
+        )
+    if posed.request.base == "present":
+        raise InvalidInput(
+            "masses that stay on the rotor cannot be combined",
+            field="base",
+            value="present",
+            advice="leave base out: with as_found all fitted masses may come off",
+        )
+    by_catalogue = [replace(piece, weighed_g=None) for piece in inputs.present]
+    machine = posed.ground.machine
+    vectors = mapping.placement_vectors(machine, by_catalogue)
+    vectors -= mapping.placement_vectors(machine, inputs.present_off)
+    return float(evaluate(posed.objective, vectors))
 
 
 def offer_of(posed: Posed, result: SelectionResult) -> Offer:

@@ -52,11 +52,16 @@ class Solved:
 
 
 def run_method(
-    problem: SelectionProblem, request: PlanRequest, uncertainty: float, monotonic: Callable[[], float]
+    problem: SelectionProblem,
+    request: PlanRequest,
+    uncertainty: float,
+    monotonic: Callable[[], float],
+    now: float | None = None,
 ) -> Solved:
     """Solve within the request's time limit on `monotonic`; the best selection so far is returned when it is over.
 
     uncertainty: what the measurement cannot tell, in the objective's unit; a smaller gap is not worth a long search.
+    now: objective of the masses that are fitted, for mode combine.
     Raises InvalidInput for a mode without its limit, or a wish that mode or method cannot fulfil.
     """
     _refuse_unheard(request)
@@ -71,8 +76,8 @@ def run_method(
         result = solve()
         solved.parts.append(Part(name, result, monotonic() - start))
 
-    if request.mode == "fewest":
-        limit = limit_of_mode(request)
+    if request.mode != "best":
+        limit = limit_of_mode(request, now)
         add("exact", lambda: _fewest(problem, limit, over(FEWEST_SHARE), over()))
     else:
         if request.method == "modified_jaya":
@@ -117,8 +122,8 @@ def prove(
     return last_state(search_exact(problem, start=start, keep=1 + alternatives), enough)
 
 
-def limit_of_mode(request: PlanRequest) -> float:
-    """Limit that the fewest masses have to meet.
+def limit_of_mode(request: PlanRequest, now: float | None) -> float:
+    """Limit that the fewest masses have to meet; `now` is what those that are fitted come to.
 
     Raises InvalidInput where none is stated, or the method proves none.
     """
@@ -127,10 +132,12 @@ def limit_of_mode(request: PlanRequest) -> float:
             "the modified Jaya cannot prove that fewer masses do not meet the limit",
             field="method",
             value=request.method,
-            advice="use method certified with mode fewest",
+            advice=f"use method certified with mode {request.mode}",
         )
     if request.limit is not None:
         return request.limit
+    if now is not None:
+        return now
     if request.objective == "residual_vibration" and request.norm in (None, "max"):
         return 1.0
     raise InvalidInput(
@@ -169,11 +176,11 @@ def _first_answer(problem: SelectionProblem, seed: int, stop: Callable[[], bool]
 def _refuse_unheard(request: PlanRequest) -> None:
     """Raise InvalidInput for what this mode or method would pass over in silence."""
     unheard: list[tuple[str, object, str]] = []
-    if request.mode == "fewest" or request.method == "modified_jaya":
+    if request.mode != "best" or request.method == "modified_jaya":
         unheard += [("alternatives", request.alternatives, "mode best with method certified or exact")]
         unheard += [("slack", request.slack, "mode best with method certified or exact")]
     if request.mode == "best":
-        unheard += [("limit", request.limit, "mode fewest")]
+        unheard += [("limit", request.limit, "mode fewest or combine")]
     for field_name, value, belongs_to in unheard:
         if value:
             raise InvalidInput(

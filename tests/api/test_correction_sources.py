@@ -36,6 +36,24 @@ def silenced(correction: Any, drum: LinearDrum = DRUM) -> float:
     return max(abs(v) for v in drum.vibration(pieces).values())
 
 
+class TestWithoutAnyPhase:
+    @pytest.mark.parametrize("source", ["fit", "saved_influence"])
+    def test_the_source_that_needs_none_is_named(self, shop: Workshop, source: str) -> None:
+        session = shop.session()
+        if source == "saved_influence":
+            machine = shop.get(f"/sessions/{session}")["machine_id"]
+            learned(shop, session)
+            shop.post(f"/machines/{machine}/influence", {"session_id": session})
+            session = shop.session(machine)
+        for masses in ([], [mass("1", 200.0, 0.0)], [mass("2", 200.0, 0.0)]):
+            readings = [reading(s, v, phase_deg=None) for s, v in DRUM.vibration(masses).items()]
+            kind = "trial" if masses else "initial"
+            shop.post(f"/sessions/{session}/runs", {"kind": kind, "masses": masses, "readings": readings})
+        problem = shop.refused("POST", f"/sessions/{session}/corrections", {"source": source}, 422, "no_phase")
+        assert "amplitude_only" in problem["advice"]
+        assert problem["field"] == "source"
+
+
 class TestMethods:
     def test_minimax_makes_the_greatest_share_of_its_limit_smallest_and_says_how_small(self, shop: Workshop) -> None:
         three = replace(
