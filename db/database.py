@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.orm import Session
 
+from db.history import History
 from db.notices import Notices
 from db.store import Store
 
@@ -34,12 +36,14 @@ class Database:
         return self.engine.dialect.name == "sqlite"
 
     @contextmanager
-    def write(self) -> Iterator[Store]:
-        """A unit of work that commits at its end."""
+    def write(self, actor: str, now: Callable[[], datetime]) -> Iterator[Store]:
+        """A unit of work that commits at its end, its history with it; actor: who acts; now: the clock."""
         engine = self.engine.execution_options(begin="IMMEDIATE")
         with Session(engine, expire_on_commit=False) as session:
             with session.begin():
-                yield Store(session)
+                history = History(session, actor, now)
+                yield Store(session, history)
+                history.finish()
                 self.notices.announce(session)
             self.notices.tell(session)
 

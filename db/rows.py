@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
+from typing import Any
 
 from sqlalchemy import BigInteger, CheckConstraint, ForeignKey, Index, Integer, MetaData, String, Text, UniqueConstraint
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
@@ -109,6 +110,7 @@ class SessionRow(Base):
     run_out: Mapped[tuple[RunOut, ...]] = mapped_column(Document(tuple[RunOut, ...]))
     on_rotor: Mapped[tuple[AsFoundPiece, ...]] = mapped_column(Document(tuple[AsFoundPiece, ...]))
     fitted_plan_id: Mapped[str | None] = mapped_column(_KEY)
+    version: Mapped[int] = mapped_column(default=1, server_default="1")
     created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
     closed_at: Mapped[datetime | None] = mapped_column(UtcTime)
 
@@ -232,6 +234,29 @@ class LoginRow(Base):
     token_id: Mapped[str] = mapped_column(_KEY, ForeignKey("token.id"))
     created_at: Mapped[datetime] = mapped_column(UtcTime)
     expires_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
+
+
+class AuditRow(Base):
+    """One change: who, when, what. number, hash: its place in the chain, null for telemetry. Nothing is ever changed."""
+
+    __tablename__ = "audit"
+    __table_args__ = (
+        UniqueConstraint("number"),
+        Index(None, "session_id", "id"),
+        Index(None, "kind", "key", "id"),
+        Index(None, "actor", "id"),
+    )
+
+    id: Mapped[int] = mapped_column(_AUTO_KEY, primary_key=True, autoincrement=True)
+    number: Mapped[int | None] = mapped_column(BigInteger)
+    at: Mapped[datetime] = mapped_column(UtcTime)
+    actor: Mapped[str] = mapped_column(String(100))
+    action: Mapped[str] = mapped_column(String(16))
+    kind: Mapped[str] = mapped_column(String(32))
+    key: Mapped[str] = mapped_column(String(100))
+    session_id: Mapped[str | None] = mapped_column(_KEY)
+    changes: Mapped[dict[str, Any]] = mapped_column(Document(dict[str, Any]))
+    hash: Mapped[str | None] = mapped_column(String(64))
 
 
 class BalancerAnswerRow(Base):

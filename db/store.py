@@ -10,8 +10,11 @@ from sqlalchemy import Select, and_, bindparam, delete, func, insert, or_, selec
 from sqlalchemy.orm import Session
 
 from db.bulk import NewReading, insert_new
+from db.chain import record_digest
+from db.history import History
 from db.notices import stream
 from db.rows import (
+    AuditRow,
     BalancerAnswerRow,
     Base,
     CatalogueRow,
@@ -37,10 +40,11 @@ _LOOKUP_CHUNK = 400
 
 
 class Store:
-    """What is stored, seen from inside one unit of work."""
+    """What is stored, seen from inside one unit of work; `history` is that of a unit that writes."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, history: History | None = None) -> None:
         self._session = session
+        self._history = history
 
     # ------------------------------------------------------------ rows by key
     def add(self, row: Base) -> None:
@@ -147,7 +151,12 @@ class Store:
     def add_readings(self, rows: Sequence[NewReading]) -> int:
         """Insert readings whose (source, sequence) is not stored yet; returns how many were."""
         stream(self._session, {row.machine_id for row in rows})
-        return insert_new(self._session.connection(), rows)
+        added = insert_new(self._session.connection(), rows)
+        if added:
+            for source, last in {row.source: row.sequence for row in rows}.items():
+                told = {"new": added, "last_sequence": last}
+                self._note("sent", ReadingRow.__tablename__, source, told, chained=False)
+        return added
 
     def known(
         self, kind: type[ReadingRow | BalancerAnswerRow], keys: Sequence[tuple[str, int]]
@@ -240,6 +249,7 @@ class Store:
             here = and_(table.c.catalogue_id == bindparam("in_box"), table.c.item == bindparam("of_item"))
             change = {"on_hand": table.c.on_hand + bindparam("change")}
             self._session.connection().execute(update(StockBalanceRow).where(here).values(change), moved)
+        self._note_stock(entries)
 
     def balances(self, catalogue_id: str) -> dict[int, int]:
         """Pieces on hand of each item that is counted."""
@@ -303,10 +313,72 @@ class Store:
         if before is not None:
             self._session.execute(delete(LoginRow).where(LoginRow.expires_at < before))
 
+    # ------------------------------------------------------------ history
+    def history(
+        self,
+        limit: int,
+        offset: int,
+        *,
+        session_id: str | None = None,
+        kind: str | None = None,
+        key: str | None = None,
+        actor: str | None = None,
+    ) -> Sequence[AuditRow]:
+        """Changes, newest first: of a session, of one thing, by one actor."""
+        query = select(AuditRow).order_by(AuditRow.id.desc())
+        wanted = {"session_id": session_id, "kind": kind, "key": key, "actor": actor}
+        for name, value in wanted.items():
+            if value is not None:
+                query = query.where(getattr(AuditRow, name) == value)
+        return self._page(query, limit, offset)
+
+    def chained(self, after: int, most: int) -> Sequence[AuditRow]:
+        """Entries of the chain above a number, in order."""
+        query = select(AuditRow).where(AuditRow.number > after).order_by(AuditRow.number).limit(most)
+        rows = self._session.scalars(query).all()
+        self._session.expunge_all()
+        return rows
+
+    def closed_sessions(self) -> Sequence[str]:
+        """Identifiers of all closed sessions."""
+        return self._session.scalars(select(SessionRow.id).where(SessionRow.state == "closed")).all()
+
+    def record_digest(self, session_id: str) -> str | None:
+        """Digest of all that is stored of a session, as `db.chain` says; None where it is not stored."""
+        return record_digest(self._session, session_id)
+
+    def wrong_balances(self) -> Sequence[tuple[str, int, int, int]]:
+        """Box, item, balance and sum of the movements wherever the two differ."""
+        table, entry = StockBalanceRow, StockEntryRow
+        summed = (
+            select(entry.catalogue_id, entry.item, func.sum(entry.pieces).label("pieces"))
+            .group_by(entry.catalogue_id, entry.item)
+            .subquery()
+        )
+        found = func.coalesce(summed.c.pieces, 0)
+        same = and_(summed.c.catalogue_id == table.catalogue_id, summed.c.item == table.item)
+        query = select(table.catalogue_id, table.item, table.on_hand, found).outerjoin(summed, same)
+        return [tuple(row) for row in self._session.execute(query.where(table.on_hand != found))]
+
     # ------------------------------------------------------------ health
     def ping(self) -> None:
         """Ask the engine for a sign of life."""
         self._session.execute(select(1))
+
+    def _note_stock(self, entries: Sequence[Mapping[str, Any]]) -> None:
+        """Tell the history what moved, a line for each kind of movement, box and session."""
+        lines: dict[tuple[str, str, str | None], list[dict[str, Any]]] = {}
+        for entry in entries:
+            told = {
+                name: entry[name] for name in ("item", "pieces", "held", "plan_id", "note") if entry[name] is not None
+            }
+            lines.setdefault((entry["kind"], entry["catalogue_id"], entry["session_id"]), []).append(told)
+        for (kind, catalogue_id, session_id), moves in lines.items():
+            self._note(kind, "catalogue", catalogue_id, {"movements": moves}, session_id=session_id)
+
+    def _note(self, *told: Any, **more: Any) -> None:
+        if self._history is not None:
+            self._history.note(*told, **more)
 
     def _page(self, query: Select[Any], limit: int, offset: int) -> Sequence[Any]:
         return self._session.scalars(query.limit(limit).offset(offset)).all()

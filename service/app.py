@@ -13,7 +13,7 @@ from service.api import openapi, problems
 from service.api.guard import Guard
 from service.api.headers import SecurityHeaders
 from service.api.limits import BodyLimit
-from service.api.routers import blocks, health, live, machines, readings, sessions
+from service.api.routers import blocks, health, history, live, machines, readings, sessions
 from service.settings import Settings
 from service.usecases.attempts import Attempts
 from service.usecases.work import Work
@@ -49,9 +49,8 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
     app.add_middleware(Guard, loopback=settings.loopback)
     app.add_middleware(SecurityHeaders)
     problems.install(app)
-    routers = (machines.router, sessions.router, live.router, readings.router, blocks.router, health.router)
-    for router in routers:
-        app.include_router(router, prefix=PREFIX)
+    for room in (machines, sessions, history, live, readings, blocks, health):
+        app.include_router(room.router, prefix=PREFIX)
     app.include_router(health.router, include_in_schema=False)
     openapi.install(app)
     app.include_router(reports.files, prefix=PREFIX, include_in_schema=False)

@@ -283,6 +283,8 @@ class Plan:
     """True: a run was added or excluded since."""
     fitted: tuple[Placement, ...] | None = None
     """What was really fitted; null until then."""
+    version: int = 1
+    """Counts the changes of the plan; its ETag."""
     reserved_until: datetime | None = None
     """Until when its pieces are held in the box, UTC; null: nothing is held for it."""
     slack_proved: bool | None = None

@@ -104,6 +104,8 @@ class Session(SessionSummary):
     """The plans, in order."""
     fitted_plan_id: str | None
     """The plan that is bolted on."""
+    version: int
+    """Counts the changes of the session and of its runs, corrections and plans; its ETag."""
 
 
 @document

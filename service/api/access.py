@@ -31,6 +31,8 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "list_catalogues",
             "get_catalogue",
             "get_stock",
+            "list_history",
+            "get_session_history",
             "list_sources",
             "list_sessions",
             "get_session",

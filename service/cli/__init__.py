@@ -122,6 +122,19 @@ def migrate(database_url: DatabaseUrl = None) -> None:
 
 
 @app.command()
+def verify(
+    head: Annotated[
+        str | None, typer.Option(help="NUMBER:HASH that an earlier check printed: shows that no end was cut off.")
+    ] = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Walk the hash chain of the history; say which session or entry was altered, removed or inserted (status 1)."""
+    from service.cli.verifying import verify_history
+
+    raise SystemExit(verify_history(database_url, head))
+
+
+@app.command()
 def solve(
     file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A session log, as GET /sessions/ID/log.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,

@@ -33,6 +33,7 @@ def reserve(work: Work, plan_id: str, request: ReserveRequest) -> Plan:
         wanted = {item: -pieces for item, pieces in net.items() if pieces < 0}
         stock.reserve(store, box, wanted, at=now, until=until, session_id=session.id, plan_id=row.id)
         row.plan = replace(row.plan, reserved_until=until)
+        store.flush()
         return row.plan
 
 
@@ -43,6 +44,7 @@ def release(work: Work, plan_id: str) -> Plan:
         states.after(session, "plan")
         if row.plan.reserved_until is not None:
             let_go(store, session.id, work.now())
+        store.flush()
         return row.plan
 
 

@@ -115,6 +115,7 @@ def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
             before.plan = replace(before.plan, state="replaced")
         row.plan = replace(refitted(ground, row.plan, actual), state="fitted")
         session.fitted_plan_id, session.state = row.id, state
+        store.flush()
         return row.plan
 
 
@@ -137,6 +138,7 @@ def unfit(work: Work, plan_id: str) -> Plan:
         stock.exchange(store, box, net, at=work.now(), session_id=session.id, plan_id=row.id)
         row.plan = replace(row.plan, state="unfitted", fitted=None)
         session.fitted_plan_id, session.state = None, state
+        store.flush()
         return row.plan
 
 

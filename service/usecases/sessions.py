@@ -88,6 +88,7 @@ def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
         if patch.state is not None:
             row.state, row.closed_at = closed, work.now()
             let_go(store, row.id, row.closed_at)
+        store.flush()
         return _view(store, row)
 
 
@@ -129,6 +130,7 @@ def _view(store: Store, row: SessionRow) -> Session:
         corrections=tuple(c.correction for c in store.corrections(row.id)),
         plans=tuple(p.plan for p in store.plans(row.id)),
         fitted_plan_id=row.fitted_plan_id,
+        version=row.version,
     )
 
 

@@ -45,7 +45,7 @@ class Work:
 
     def write(self) -> AbstractContextManager[Store]:
         """A unit of work that commits at its end."""
-        return self.database.write()
+        return self.database.write(self.actor, self.now)
 
     def read(self) -> AbstractContextManager[Store]:
         """A unit of work that only looks."""

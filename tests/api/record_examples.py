@@ -98,6 +98,8 @@ def record() -> dict[str, dict[str, Any]]:
         balance(recorder, session)
         look_back(recorder, machine, session)
         from_a_bridge(recorder, machine, box)
+        recorder.ask("GET", f"/sessions/{session}/history?limit=3")
+        recorder.ask("GET", "/history?limit=3")
         recorder.ask("GET", "/health")
         return dict(sorted(recorder.examples.items()))
 

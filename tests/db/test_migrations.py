@@ -74,7 +74,9 @@ def test_a_whole_session_comes_through_a_step_down_and_up(shop: Workshop) -> Non
         migrate.downgrade(shop.work.database, revision)
         assert migrate.present_revision(shop.work.database) == revision
     migrate.upgrade(shop.work.database)
-    assert shop.get(f"/sessions/{session}") == before
+    after = shop.get(f"/sessions/{session}")
+    # The count of changes is younger than the first tables; what it counted is not.
+    assert {**after, "version": 0} == {**before, "version": 0}
 
 
 def test_migrations_and_tables_do_not_drift_apart(database: Database) -> None:
