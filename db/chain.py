@@ -1,8 +1,8 @@
 """The hash chain of the history, and the digest of a closed session's record. Format 1; both must never change.
 
-Canonical JSON follows RFC 8785 in spirit: keys in order, no spaces, UTF-8, no NaN. Two things differ: keys are ordered by
-code points, and numbers are written as Python does, the shortest text that reads back the same. Times are ISO 8601 in
-UTC with microseconds. An entry's hash is SHA-256 over the canonical JSON of the entry and of the hash before it. A
+Canonical JSON follows RFC 8785 in spirit: keys in order, no spaces, UTF-8, no NaN. Two things differ: keys are ordered
+by code points, and numbers are written as Python does, the shortest text that reads back the same. Times are ISO 8601
+in UTC with microseconds. An entry's hash is SHA-256 over the canonical JSON of the entry and of the hash before it. A
 record is what the tables hold, text of documents parsed: a migration must not rewrite documents of closed sessions.
 """
 

@@ -93,7 +93,7 @@ class History:
             self._session.execute(select(func.pg_advisory_xact_lock(_LOCK)))
         last = select(AuditRow.number, AuditRow.hash).where(AuditRow.number.is_not(None))
         found = self._session.execute(last.order_by(AuditRow.number.desc()).limit(1)).one_or_none()
-        number, before = found or (0, BEGIN)
+        number, before = (0, BEGIN) if found is None else (int(found[0] or 0), str(found[1]))
         out = []
         for row in rows:
             number += 1

@@ -237,7 +237,7 @@ class LoginRow(Base):
 
 
 class AuditRow(Base):
-    """One change: who, when, what. number, hash: its place in the chain, null for telemetry. Nothing is ever changed."""
+    """One change: who, when, what. number, hash: its place in the chain, null for telemetry. Never changed."""
 
     __tablename__ = "audit"
     __table_args__ = (

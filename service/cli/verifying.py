@@ -1,4 +1,4 @@
-"""`drumtrue verify`: is the history whole, and is every closed session as it was closed?"""
+"""`drumtrue verify`: whether the history is whole, and every closed session as it was closed."""
 
 from __future__ import annotations
 

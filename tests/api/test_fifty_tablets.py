@@ -42,15 +42,13 @@ def prepared(shop: Workshop) -> tuple[str, list[str]]:
         placements = tuple(replace(piece, plane=p, position_deg=at, hole=f"{at / 20:g}") for p, at in PLACES)
         plan.plan = replace(plan.plan, placements=placements)
         for tablet in range(1, TABLETS):
-            ids = {"session_id": f"session-{tablet}", "correction_id": f"correction-{tablet}", "id": f"plan-{tablet}"}
-            opened = copied(
-                require(store, SessionRow, session), id=ids["session_id"], technician=f"Technician {tablet}"
-            )
-            store.add(opened)
-            asked = require(store, CorrectionRow, correction["id"])
-            store.add(copied(asked, id=ids["correction_id"], session_id=opened.id))
-            store.add(copied(plan, id=ids["id"], session_id=opened.id, plan=replace(plan.plan, **ids)))
-            plans.append(ids["id"])
+            here, there, own = f"session-{tablet}", f"correction-{tablet}", f"plan-{tablet}"
+            opened = require(store, SessionRow, session)
+            store.add(copied(opened, id=here, technician=f"Technician {tablet}"))
+            store.add(copied(require(store, CorrectionRow, correction["id"]), id=there, session_id=here))
+            asked = replace(plan.plan, id=own, session_id=here, correction_id=there)
+            store.add(copied(plan, id=own, session_id=here, plan=asked))
+            plans.append(own)
     return box, plans
 
 

@@ -30,7 +30,7 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "openapi.json"
 UNITS = re.compile(r"\b(mm|g|g\.mm|kg|degrees|r/min|N|s|UTC|pieces|[Uu]nits?)\b")
 CLOSE = 1e-9
 EVENT = "event: live\ndata: "
-VARYING = frozenset({"evaluations", "version"})
+VARYING = frozenset({"evaluations", "version", "hash"})
 """What differs from one computer or version to the next without being another answer."""
 
 

@@ -41,12 +41,12 @@ def test_reading_stores_nothing(shop: Workshop) -> None:
 def test_names_are_given_once(shop: Workshop) -> None:
     with shop.work.write() as store:
         store.add(box())
-        with pytest.raises(IntegrityError):
-            store.add(box("other"))
+    with pytest.raises(IntegrityError), shop.work.write() as store:
+        store.add(box("other"))
 
 
 def test_references_are_kept(shop: Workshop) -> None:
-    with shop.work.write() as store, pytest.raises(IntegrityError):
+    with pytest.raises(IntegrityError), shop.work.write() as store:
         store.add(SourceRow(name="bridge", machine_id="none", bound_at=NOON))
 
 
@@ -61,5 +61,5 @@ def test_times_come_back_in_utc_whatever_their_zone(shop: Workshop) -> None:
 
 
 def test_a_time_without_a_zone_is_refused(shop: Workshop) -> None:
-    with shop.work.write() as store, pytest.raises(StatementError, match="no zone"):
+    with pytest.raises(StatementError, match="no zone"), shop.work.write() as store:
         store.add(box(at=NOON.replace(tzinfo=None)))

@@ -37,8 +37,8 @@ def upgrade() -> None:
         batch_op.create_index(batch_op.f("ix_audit_actor_id"), ["actor", "id"], unique=False)
         batch_op.create_index(batch_op.f("ix_audit_kind_key_id"), ["kind", "key", "id"], unique=False)
         batch_op.create_index(batch_op.f("ix_audit_session_id_id"), ["session_id", "id"], unique=False)
-    with op.batch_alter_table("session", schema=None) as batch_op:
-        batch_op.add_column(sa.Column("version", sa.Integer(), server_default="1", nullable=False))
+    # Not by a copy of the table: others refer to it.
+    op.add_column("session", sa.Column("version", sa.Integer(), server_default="1", nullable=False))
 
     with Session(op.get_bind()) as session:
         history = History(session, "migration", lambda: datetime.now(UTC))
@@ -49,6 +49,5 @@ def upgrade() -> None:
 
 
 def downgrade() -> None:
-    with op.batch_alter_table("session", schema=None) as batch_op:
-        batch_op.drop_column("version")
+    op.drop_column("session", "version")
     op.drop_table("audit")
