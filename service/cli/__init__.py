@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from service.cli import benching, canbus, tokening
+from service.cli import batching, benching, canbus, tokening
+from service.cli.batching import Cluster, Workers
 from service.errors import DrumtrueError
 
 app = typer.Typer(
@@ -21,6 +22,7 @@ app = typer.Typer(
 
 app.add_typer(benching.app, name="bench")
 app.add_typer(tokening.app, name="token")
+app.command()(batching.study)
 
 DatabaseUrl = Annotated[
     str | None,
@@ -51,6 +53,10 @@ def main() -> None:
         _tell(error.message, error.advice)
     except DriverError as error:
         _tell(str(error), None)
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
 
 
 def _tell(message: str, advice: str | None) -> None:
@@ -265,6 +271,8 @@ def replay(
     tolerance: Annotated[
         float, typer.Option(min=0.0, help="--compare: relative difference that is none, of masses and vibration.")
     ] = 1e-6,
+    workers: Workers = None,
+    cluster: Cluster = None,
     to: Annotated[str, typer.Option(help="Way out of the readings: http or can.")] = "http",
     url: Annotated[str, typer.Option(help="Service to send the readings to.")] = "http://127.0.0.1:8000",
     can: canbus.Bus = "udp_multicast",
@@ -288,9 +296,9 @@ def replay(
     if compare != path.is_dir():
         raise typer.BadParameter("--compare takes a folder, a replay one file", param_hint="PATH")
     if compare:
-        from service.cli.comparing import compare_folder, summary
+        from service.batch.comparing import compare_folder, summary
 
-        found = compare_folder(path, lambda line: print(line, flush=True), tolerance=tolerance)
+        found = compare_folder(path, _say, tolerance=tolerance, workers=workers, cluster=cluster)
         print(summary(found))
         raise SystemExit(any(one.changed or one.error for one in found))
     from service.cli.replaying import replay_file

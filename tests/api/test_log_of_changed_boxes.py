@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from db.documents.base import to_plain
-from service.cli.comparing import compare_one
+from service.batch.comparing import compare_one
 from service.usecases.resolving import read_log, resolve
 from tests.api.tiny_bench import answer_of, bench_on, tiny_box
 from tests.api.workshop import Workshop

@@ -12,7 +12,7 @@ from db.documents.base import to_plain
 from drivers.clock import ManualClock
 from drivers.drum import FittedMass
 from drivers.simulated import SimulatedDrum, threshing_drum_example
-from service.cli.comparing import compare_folder, compare_one, summary
+from service.batch.comparing import compare_folder, compare_one, summary
 from service.cli.hardware import catalogue_of, machine_of
 from service.errors import InvalidInput
 from service.usecases.resolving import read_log, resolve

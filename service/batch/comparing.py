@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 
+from service.batch.executors import executor
 from service.errors import InvalidInput
 
 TOLERANCE = 1e-6
@@ -26,12 +25,16 @@ class Compared:
 
 
 def compare_folder(
-    folder: Path, say: Callable[[str], None], workers: int | None = None, tolerance: float = TOLERANCE
+    folder: Path,
+    say: Callable[[str], None],
+    workers: int | None = None,
+    tolerance: float = TOLERANCE,
+    cluster: str | None = None,
 ) -> list[Compared]:
-    """Solve every session log (*.json) below a folder again, on all cores; progress and changes are said as they come.
+    """Solve every session log (*.json) below a folder again; progress and changes are said as they come.
 
-    tolerance: relative to the greatest of its kind in the answer, how near a value is the same.
-    Raises InvalidInput for a folder without any.
+    tolerance: relative to the greatest of its kind in the answer, how near a value is the same. workers, cluster: where
+    it runs, all cores by default. Raises InvalidInput for a folder without any, and what `executor` raises.
     """
     paths = sorted(str(path) for path in folder.rglob("*.json"))
     if not paths:
@@ -39,12 +42,16 @@ def compare_folder(
             f"{folder} holds no session log (*.json)", field="folder", value=str(folder), advice="check the folder"
         )
     found = []
-    for done, one in enumerate(_solved(paths, workers or os.cpu_count() or 1, tolerance), 1):
-        found.append(one)
-        verdict = one.error or (f"{len(one.changed)} changed" if one.changed else "same")
-        say(f"[{done}/{len(paths)}] {one.path}: {one.answers} answers, {verdict}")
-        for line in one.changed:
-            say(f"  {line}")
+    with executor(1 if len(paths) == 1 else workers, cluster) as where:
+        # The text goes along: another machine has no such file.
+        work = [where.submit(compare_text, path, _text(path), tolerance) for path in paths]
+        for done, future in enumerate(as_completed(work), 1):
+            one: Compared = future.result()
+            found.append(one)
+            verdict = one.error or (f"{len(one.changed)} changed" if one.changed else "same")
+            say(f"[{done}/{len(paths)}] {one.path}: {one.answers} answers, {verdict}")
+            for line in one.changed:
+                say(f"  {line}")
     return sorted(found, key=lambda one: one.path)
 
 
@@ -57,24 +64,28 @@ def summary(found: Sequence[Compared]) -> str:
 
 def compare_one(path: str, tolerance: float = TOLERANCE) -> Compared:
     """Solve one log again; whatever is wrong with it is told, not raised."""
+    return compare_text(path, _text(path), tolerance)
+
+
+def compare_text(path: str, text: bytes | str, tolerance: float = TOLERANCE) -> Compared:
+    """Solve a log again from its bytes; a text instead is why the file could not be read."""
     from service.errors import DrumtrueError
     from service.usecases.resolving import read_log, resolve
 
+    if isinstance(text, str):
+        return Compared(path, 0, error=f"cannot be read: {text}")
     try:
-        log = read_log(Path(path).read_bytes())
+        log = read_log(text)
         resolved = resolve(log, tolerance=tolerance)
     except DrumtrueError as error:
         return Compared(path, 0, error=f"cannot be solved: {error.message}")
-    except (OSError, RecursionError) as error:
+    except RecursionError as error:
         return Compared(path, 0, error=f"cannot be read: {error}")
     return Compared(path, len(log.corrections) + len(log.plans), resolved.changed)
 
 
-def _solved(paths: Sequence[str], workers: int, tolerance: float) -> Iterator[Compared]:
-    if len(paths) == 1 or workers == 1:
-        yield from (compare_one(path, tolerance) for path in paths)
-        return
-    # A fresh process each: the numerics' threads and a forked lock do not go together.
-    with ProcessPoolExecutor(min(workers, len(paths)), mp_context=get_context("spawn")) as pool:
-        for future in as_completed([pool.submit(compare_one, path, tolerance) for path in paths]):
-            yield future.result()
+def _text(path: str) -> bytes | str:
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        return str(error)

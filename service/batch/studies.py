@@ -1,0 +1,184 @@
+"""How sure an answer is: a session solved again and again, its readings drawn anew within their scatter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import as_completed
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from db.documents.plan import Plan
+from db.documents.run import Run, RunReading
+from db.documents.session import SessionLog
+from service.balancing.phasors import phasor, polar
+from service.batch.executors import executor
+from service.errors import DrumtrueError, InvalidInput
+
+PER_PIECE = 8
+"""Draws that go to a worker at once: enough to outlast the way there, few enough to share out evenly."""
+
+Placed = tuple[tuple[str, float, float], ...]
+
+
+@dataclass(frozen=True)
+class Draw:
+    """One draw. masses: (g, degrees) a plane, in the machine's order. placements: (plane, degrees, g) of the plan.
+
+    predicted: amplitude a sensor and speed after the plan, in the sensor's unit. refused: why it has no answer.
+    """
+
+    masses: tuple[tuple[float, float], ...] = ()
+    placements: Placed = ()
+    predicted: tuple[tuple[str, float], ...] = ()
+    refused: str | None = None
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Of one value over the draws: its median and the range that holds 90 % of them."""
+
+    name: str
+    low: float
+    median: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Study:
+    """What the draws say.
+
+    same: share of the answered draws that choose the plan's own selection, null without a plan. masses: correction mass
+    of each plane, g. predicted: amplitude each sensor is left with, in its unit. refused: draws without an answer, by
+    reason. Without any answer there is no spread.
+    """
+
+    draws: int
+    answered: int
+    same: float | None
+    masses: tuple[Spread, ...]
+    predicted: tuple[Spread, ...]
+    refused: tuple[tuple[str, int], ...]
+
+
+def study(
+    log: SessionLog,
+    draws: int,
+    seed: int,
+    *,
+    scatter: float | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
+    progress: Callable[[int], None] = lambda _done: None,
+) -> Study:
+    """Solve the session's last correction and plan again `draws` times.
+
+    Each reading is drawn from a normal distribution about itself with its own scatter in both components, or with
+    `scatter` times its amplitude where it states none. Draw number i depends on the seed and i alone: the same study
+    gives the same figures wherever it runs. Raises InvalidInput for a reading whose scatter nobody states, and what
+    `executor` raises.
+    """
+    last = _last_only(log)
+    _require_scatter(last, scatter)
+    answer = _one(last)
+    if answer.refused is not None:
+        raise InvalidInput(
+            f"the session itself has no answer: {answer.refused}",
+            field="file",
+            advice="mend the session first: `drumtrue solve` says what is wrong",
+        )
+    pieces = [range(start, min(start + PER_PIECE, draws)) for start in range(0, draws, PER_PIECE)]
+    found: dict[int, tuple[Draw, ...]] = {}
+    with executor(workers, cluster) as where:
+        work = {where.submit(draw_some, last, piece, seed, scatter): piece for piece in pieces}
+        for future in as_completed(work):
+            found[work[future].start] = future.result()
+            progress(sum(len(some) for some in found.values()))
+    return _summed(last, answer, [one for piece in pieces for one in found[piece.start]])
+
+
+def draw_some(log: SessionLog, numbers: Sequence[int], seed: int, scatter: float | None) -> tuple[Draw, ...]:
+    """The answers of these draws; runs on a worker."""
+    return tuple(_one(drawn(log, np.random.default_rng([seed, number]), scatter)) for number in numbers)
+
+
+def drawn(log: SessionLog, rng: np.random.Generator, scatter: float | None = None) -> SessionLog:
+    """The log with every reading drawn anew; a reading without phase is drawn in amplitude alone."""
+
+    def reading(one: RunReading) -> RunReading:
+        sigma = one.scatter if one.scatter is not None else (scatter or 0.0) * one.amplitude
+        first, second = rng.normal(0.0, sigma, 2)
+        if one.phase_deg is None:
+            return replace(one, amplitude=abs(one.amplitude + first))
+        amplitude, phase = polar(phasor(one.amplitude, one.phase_deg, sense) + complex(first, second), sense)
+        return replace(one, amplitude=amplitude, phase_deg=phase)
+
+    def run(one: Run) -> Run:
+        return replace(one, readings=tuple(reading(r) for r in one.readings))
+
+    sense = log.machine.phase_sense
+    return replace(log, runs=tuple(run(one) for one in log.runs))
+
+
+def _last_only(log: SessionLog) -> SessionLog:
+    """The log with its last plan and that plan's correction, or its last correction, alone."""
+    if not log.plans:
+        return replace(log, corrections=log.corrections[-1:])
+    plan = log.plans[-1]
+    wanted = tuple(one for one in log.corrections if one.id == plan.request.correction_id)
+    return replace(log, corrections=wanted, plans=(plan,))
+
+
+def _require_scatter(log: SessionLog, scatter: float | None) -> None:
+    for run in log.runs:
+        for reading in run.readings:
+            if not run.excluded and reading.scatter is None and scatter is None:
+                raise InvalidInput(
+                    f"sensor {reading.sensor!r} states no scatter in run {run.number}",
+                    field="scatter",
+                    advice="give one for such readings, as a part of the amplitude: --scatter 0.03",
+                )
+
+
+def _one(log: SessionLog) -> Draw:
+    from service.usecases.resolving import resolve
+
+    try:
+        answers = resolve(log)
+    except DrumtrueError as error:
+        return Draw(refused=error.message)
+    correction, plan = answers.corrections[-1], answers.plans[-1] if answers.plans else None
+    predicted = correction.predicted if plan is None else plan.predicted
+    return Draw(
+        masses=tuple((mass.mass_g, mass.angle_deg) for mass in correction.corrections),
+        placements=_placed(plan),
+        predicted=tuple((f"{one.sensor} at {one.speed_rpm:g} r/min", one.amplitude) for one in predicted),
+        refused=None if plan is None or plan.reason is None else plan.reason,
+    )
+
+
+def _placed(plan: Plan | None) -> Placed:
+    if plan is None:
+        return ()
+    return tuple(sorted((piece.plane, piece.position_deg, piece.mass_g) for piece in plan.placements))
+
+
+def _summed(log: SessionLog, answer: Draw, found: Sequence[Draw]) -> Study:
+    good = [one for one in found if one.refused is None]
+    reasons = [one.refused for one in found if one.refused is not None]
+    same = sum(one.placements == answer.placements for one in good)
+    planes = [plane.name for plane in log.machine.planes] if good else []
+    sensors = [name for name, _ in answer.predicted] if good else []
+    return Study(
+        draws=len(found),
+        answered=len(good),
+        same=same / len(good) if good and answer.placements else None,
+        masses=tuple(_spread(name, [one.masses[index][0] for one in good]) for index, name in enumerate(planes)),
+        predicted=tuple(_spread(name, [one.predicted[index][1] for one in good]) for index, name in enumerate(sensors)),
+        refused=tuple((reason, reasons.count(reason)) for reason in sorted(set(reasons))),
+    )
+
+
+def _spread(name: str, values: Sequence[float]) -> Spread:
+    low, median, high = (float(value) for value in np.quantile(values, [0.05, 0.5, 0.95]))
+    return Spread(name, low, median, high)
