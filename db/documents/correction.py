@@ -212,3 +212,5 @@ class Correction:
     """What the technician should know, worst first."""
     stale: bool = False
     """True: a run was added or excluded since."""
+    tolerance_missing: str | None = None
+    """Why `tolerance` is null although the machine states a grade; null otherwise."""

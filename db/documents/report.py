@@ -94,6 +94,8 @@ class Report:
     """Reactions before and after, N; null where the geometry is not known."""
     tolerance: Tolerance | None
     """Balance quality by ISO 21940-11 of the rotor in the latest run, from all runs; null where it cannot be known."""
+    tolerance_missing: str | None
+    """Why `tolerance` is null although the machine states a grade; null otherwise."""
     influence: tuple[tuple[Coefficient, ...], ...]
     """Influence coefficients from all runs; empty where they do not determine them."""
     diagnostics: tuple[Diagnostic, ...]

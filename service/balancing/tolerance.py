@@ -61,8 +61,8 @@ def permissible(grade_mm_s: float, rotor_kg: float, speed_rpm: float, bearings_m
     """Permissible residual unbalance of a rigid rotor and its allocation to the bearing planes.
 
     U_per = m G / Omega; U_A = U_per L_B / L and U_B = U_per L_A / L, each within 0.3 to 0.7 of U_per. bearings_mm: (2,)
-    axial positions from the mass centre. Raises NumericsError for a mass centre that is not between the bearings: the
-    allocation of overhung rotors follows other rules.
+    axial positions from the mass centre. Raises NumericsError for a mass centre that is not between the bearings: for
+    overhung rotors the standard has limits of its own, and no free source was found that states them for certain.
     """
     for name, value in (("grade_mm_s", grade_mm_s), ("rotor_kg", rotor_kg)):
         if not (np.isfinite(value) and value > 0.0):
@@ -70,7 +70,8 @@ def permissible(grade_mm_s: float, rotor_kg: float, speed_rpm: float, bearings_m
     a, b = (float(place) for place in bearings_mm)
     if not a * b < 0.0:
         raise NumericsError(
-            f"the mass centre must stand between the bearings; they are {a:g} and {b:g} mm from it",
+            f"the bearings stand {a:g} and {b:g} mm from the mass centre, on one side of it: the permissible unbalance "
+            "of an overhung rotor is allocated by rules of its own in ISO 21940-11, which are not built in",
             field="bearings",
             value=[a, b],
             advice="Leave out the grade and set a vibration limit, or take the limits from the maker's drawing.",

@@ -48,6 +48,25 @@ def tolerance_of(machine: Machine, still_needed: ComplexArray, covariance: Float
     )
 
 
+def tolerance_missing(machine: Machine) -> str | None:
+    """Why no balance quality can be stated although the machine has a grade; None without a grade, or where it can."""
+    if machine.balance_grade_mm_s is None:
+        return None
+    if machine.rotor_mass_kg is None:
+        return "the permissible unbalance follows from the mass of the rotor: state rotor_mass_kg of the machine"
+    bearings = mapping.bearing_places(machine)
+    if bearings is None or mapping.plane_places(machine) is None:
+        return (
+            "the permissible unbalance is allocated to two bearings: state where they and the planes stand, axial_mm "
+            "from the mass centre"
+        )
+    try:
+        permissible(machine.balance_grade_mm_s, machine.rotor_mass_kg, machine.service_speed_rpm, bearings[1])
+    except NumericsError as error:
+        return f"{error.message}. {error.advice}"
+    return None
+
+
 def static_couple_of(machine: Machine, masses: ComplexArray) -> StaticCouple | None:
     """Masses of two planes taken apart; None but for two planes with the mass centre between them."""
     places = mapping.plane_places(machine)

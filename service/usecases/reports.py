@@ -48,6 +48,7 @@ def report(work: Work, session_id: str) -> Report:
         plan_status=None if plan is None else plan.status,
         plan_gap=None if plan is None else plan.gap,
         plan_unit=None if plan is None else plan.objective_unit,
+        tolerance_missing=quality.tolerance_missing(session.machine),
         bearing_forces_n=None if plan is None else plan.bearing_forces_n,
         **vars(_of_all_runs(session)),
     )

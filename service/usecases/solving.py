@@ -110,6 +110,7 @@ def _answered(
         quality=_quality(fitted, answer),
         static_couple=quality.static_couple_of(machine, answer.masses),
         tolerance=quality.tolerance_of(machine, answer.masses - present, answer.covariance, dof),
+        tolerance_missing=quality.tolerance_missing(machine),
         alternatives=_alternatives(machine, fitted, request, asked),
         saved_influence=saved if request.source == "saved_influence" else None,
         earlier_runs=earlier,

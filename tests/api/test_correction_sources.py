@@ -263,6 +263,24 @@ class TestQuality:
         report = shop.get(f"/sessions/{session}/report.json")
         assert report["tolerance"]["grade_reached_mm_s"] == pytest.approx(tolerance["grade_reached_mm_s"], rel=1e-6)
 
+    @pytest.mark.parametrize(
+        ("change", "said"),
+        [
+            ({"bearings": [{"name": "A", "axial_mm": 200.0}, {"name": "B", "axial_mm": 600.0}]}, "overhung"),
+            ({"rotor_mass_kg": None}, "rotor_mass_kg"),
+            ({"bearings": [], "sensors": [{"name": "P"}, {"name": "Q"}]}, "axial_mm"),
+        ],
+    )
+    def test_a_grade_that_cannot_be_judged_is_said_so(self, shop: Workshop, change: Any, said: str) -> None:
+        session = shop.session(shop.machine(balance_grade_mm_s=16.0, **change))
+        learned(shop, session)
+        for answer in (shop.correct(session), shop.get(f"/sessions/{session}/report.json")):
+            assert answer["tolerance"] is None
+            assert said in answer["tolerance_missing"]
+        plain = shop.session()
+        learned(shop, plain)
+        assert shop.correct(plain)["tolerance_missing"] is None
+
     def test_zones_only_where_the_machine_states_its_group(self, shop: Workshop) -> None:
         for group, zone in ((None, None), ({"group": 2, "support": "rigid"}, "C")):
             session = shop.session(shop.machine(iso_20816=group))
@@ -337,3 +355,33 @@ def test_sensors_that_no_mass_moves_give_no_correction(shop: Workshop) -> None:
         body = {"kind": kind, "masses": masses, "readings": DRUM.readings()}
         shop.post(f"/sessions/{session}/runs", body)
     shop.refused("POST", f"/sessions/{session}/corrections", {"source": "fit"}, 422, "planes_dependent")
+
+
+class TestIsItUnbalance:
+    """Directions, axial sensors and the broadband value reach the diagnostics."""
+
+    @pytest.mark.parametrize(
+        ("h", "v", "a", "overall", "code"),
+        [
+            (2.0, 1.8j, 0.3, 1.1, None),
+            (2.0, 0.5j, 0.3, 1.1, "not_unbalance_direction"),
+            (2.0, 1.8, 0.3, 1.1, "not_unbalance_phase"),
+            (2.0, 1.8j, 1.95, 1.1, "not_unbalance_axial"),
+            (2.0, 1.8j, 0.3, 2.5, "not_unbalance_1x_share"),
+        ],
+    )
+    def test_what_the_sensors_state_is_judged(
+        self, shop: Workshop, h: complex, v: complex, a: complex, overall: float, code: str | None
+    ) -> None:
+        directions = {"H": "horizontal", "V": "vertical", "A": "axial"}
+        sensors = [{"name": name, "bearing": "P", "direction": way} for name, way in directions.items()]
+        plane = {"name": "1", "radius_mm": 100.0, "positions_deg": [0.0], "max_masses": 1}
+        session = shop.session(shop.machine(sensors=sensors, planes=[plane]))
+        drum = LinearDrum({"H": h, "V": v, "A": a}, {("H", "1"): 0.01, ("V", "1"): 0.01j, ("A", "1"): 0.003})
+        for masses in ([], [mass("1", 100.0, 90.0)]):
+            vectors = drum.vibration(masses)
+            readings = [reading(s, x, scatter=0.005, overall_rms=overall * abs(x)) for s, x in vectors.items()]
+            kind = "trial" if masses else "initial"
+            shop.post(f"/sessions/{session}/runs", {"kind": kind, "masses": masses, "readings": readings})
+        told = {d["code"] for d in shop.correct(session)["diagnostics"]}
+        assert {c for c in told if c.startswith("not_unbalance")} == ({code} if code else set())

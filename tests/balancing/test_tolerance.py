@@ -65,7 +65,7 @@ def test_grade_reached_with_its_interval() -> None:
 
 
 def test_overhung_rotors_are_not_guessed_at() -> None:
-    with pytest.raises(NumericsError, match="between the bearings"):
+    with pytest.raises(NumericsError, match="overhung rotor"):
         permissible(16.0, 120.0, 460.0, np.array([100.0, 500.0]))
 
 
