@@ -45,7 +45,5 @@ def can(
 ) -> None:
     """From a CAN bus to the database, by the service itself and over a bridge, beside cantools' bare decode rate."""
     from service.bench.can import bench_can
-    from service.cli.bridging import read_closely
 
-    read_closely()  # as the commands do that are measured
     raise SystemExit(0 if bench_can(markdown=markdown, frames=frames, paced_s=paced) else 1)

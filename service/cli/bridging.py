@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +20,6 @@ from service.cli.canbus import mapping_of
 from service.cli.signals import on_stop
 from service.cli.sources import StandIn, Waveform, named, stand_in
 
-TURN_S = 0.0001
 DEFAULT_SPOOL = Path.home() / ".local" / "share" / "drumtrue" / "spool"
 
 
@@ -53,7 +51,6 @@ def bridge_until_stopped(
 
     Raises what opening bus, file or spool raises.
     """
-    read_closely()
     stop, clock = threading.Event(), SystemClock()
     on_stop(stop.set)
     # A file has a spool of its own: an older one, read later, has lower numbers than what the source sent before.
@@ -110,14 +107,6 @@ def can_driver(bus: BusChoice, source: str, first: int, spool: Spool, bridges: l
         on_mark=lambda mark: bridges[0].mark(mark),
         counters=spool.counters(source),
     )
-
-
-def read_closely() -> None:
-    """Let the thread that reads the bus have its turn soon.
-
-    Each wait for a frame gives the turn away; at Python's own 5 ms a busy neighbour would leave it 200 frames a second.
-    """
-    sys.setswitchinterval(TURN_S)
 
 
 def first_sequence() -> int:

@@ -12,7 +12,7 @@ from pathlib import Path
 from drivers.bridge import Bridge
 from drivers.clock import SystemClock
 from drivers.spool import Spool
-from service.cli.bridging import BusChoice, can_driver, first_sequence, read_closely, spool_of, tell
+from service.cli.bridging import BusChoice, can_driver, first_sequence, spool_of, tell
 from service.usecases import readings
 from service.usecases.delivery import IntoDatabase
 from service.usecases.work import Work
@@ -31,7 +31,6 @@ class Ear:
 @contextmanager
 def listening(work: Work, ear: Ear, status_s: float = 60.0) -> Iterator[None]:
     """Read a bus into the database for the length of a block. Raises what opening bus and spool raises."""
-    read_closely()
     stop, source = threading.Event(), ear.source
     bridges: list[Bridge] = []
     with Spool(ear.spool or _beside(work, source), max_bytes=ear.max_bytes) as spool:
