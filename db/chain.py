@@ -32,6 +32,7 @@ _RECORD: Mapping[str, tuple[str, ...]] = {
     "run": ("id", "number", "run"),
     "correction": ("id", "number", "correction"),
     "plan": ("id", "number", "plan"),
+    "stop": ("id", "number", "stop"),
     "stock_entry": ("catalogue_id", "item", "kind", "pieces", "held", "plan_id", "until", "at"),
 }
 

@@ -18,12 +18,12 @@ from sqlalchemy.orm.attributes import get_history
 
 from db.chain import BEGIN, ENTRY, FORMAT, link, record_digest
 from db.documents.base import to_plain
-from db.rows import AuditRow, Base, CorrectionRow, PlanRow, RunRow, SessionRow, StockBalanceRow
+from db.rows import AuditRow, Base, CorrectionRow, PlanRow, RunRow, SessionRow, StockBalanceRow, StopRow
 from db.types import Document
 
 _LOCK = 7_325_118
 """Advisory lock of PostgreSQL under which the chain grows; SQLite has one writer at a time anyhow."""
-_PARTS = (RunRow, CorrectionRow, PlanRow)
+_PARTS = (RunRow, CorrectionRow, PlanRow, StopRow)
 _UNTOLD = frozenset({"audit", "login", "idempotency"})
 """Tables without history: itself, browsers that come and go, keys of requests."""
 _KEPT_OUT = frozenset({"token.digest", "session.version", "plan.version"})

@@ -1,6 +1,6 @@
 """The history with its hash chain; versions of sessions. Sessions that are closed already are sealed as they stand.
 
-Revision: 0004, after 0003.
+Revision: 0005, after 0004.
 """
 
 from datetime import UTC, datetime
@@ -11,8 +11,8 @@ from sqlalchemy.orm import Session
 
 from db.history import History
 
-revision = "0004"
-down_revision = "0003"
+revision = "0005"
+down_revision = "0004"
 branch_labels = None
 depends_on = None
 
