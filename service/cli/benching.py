@@ -47,3 +47,15 @@ def can(
     from service.bench.can import bench_can
 
     raise SystemExit(0 if bench_can(markdown=markdown, frames=frames, paced_s=paced) else 1)
+
+
+@app.command()
+def web(
+    markdown: Markdown = False,
+    sessions: Annotated[int, typer.Option(min=1, help="Sessions stored.")] = 1000,
+    repeats: Annotated[int, typer.Option(min=5, help="Requests of each page.")] = 60,
+) -> None:
+    """Pages as the server renders them: time, weight, and whether they ask for anything from elsewhere."""
+    from service.bench.web import bench_web
+
+    raise SystemExit(0 if bench_web(stored=sessions, repeats=repeats, markdown=markdown) else 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from db.documents.influence import Coefficient
 from db.documents.machine import Machine
 from db.documents.plan import Placement
 from db.documents.report import BeforeAfter, PlaneLoad, Report, Zone
-from db.documents.run import MassOnRotor, Run
+from db.documents.run import MassOnRotor, Run, RunOut
 from db.documents.session import Session, SessionSummary
 from service.balancing.corrections import least_squares
 from service.balancing.phasors import phasor, polar
@@ -103,18 +104,32 @@ def plane_loads(machine: Machine, fitted: Sequence[Placement]) -> tuple[PlaneLoa
 
 def before_after(session: Session) -> tuple[BeforeAfter, ...]:
     """Each sensor in the first initial run and in the latest check run at the same nominal speed."""
-    good = [run for run in session.runs if not run.excluded]
+    return _before_after(session.machine, session.runs, session.run_out)
+
+
+def trend(work: Work, machine_id: str, most: int) -> tuple[tuple[datetime, tuple[BeforeAfter, ...]], ...]:
+    """When each of a machine's sessions was opened, and its sensors before and after: the newest first."""
+    with work.read() as store:
+        rows = store.sessions(most, 0, machine_id=machine_id)
+        return tuple(
+            (row.created_at, _before_after(row.machine, tuple(r.run for r in store.runs(row.id)), row.run_out))
+            for row in rows
+        )
+
+
+def _before_after(machine: Machine, runs: tuple[Run, ...], run_out: tuple[RunOut, ...]) -> tuple[BeforeAfter, ...]:
+    good = [run for run in runs if not run.excluded]
     out = []
     for first in _first_by_speed(good):
         speed = first.nominal_speed_rpm
         last = next((r for r in reversed(good) if r.kind == "check" and r.nominal_speed_rpm == speed), None)
-        before = amplitudes_of(session.machine, first, session.run_out)
-        after = {} if last is None else amplitudes_of(session.machine, last, session.run_out)
-        for sensor in session.machine.sensors:
+        before = amplitudes_of(machine, first, run_out)
+        after = {} if last is None else amplitudes_of(machine, last, run_out)
+        for sensor in machine.sensors:
             if sensor.name in before:
                 row = Channel(sensor, speed)
-                line = _line(row, before[sensor.name], after.get(sensor.name), limit_of(session.machine, row))
-                out.append(_with_zones(session.machine, line, row, first, last))
+                line = _line(row, before[sensor.name], after.get(sensor.name), limit_of(machine, row))
+                out.append(_with_zones(machine, line, row, first, last))
     return tuple(out)
 
 

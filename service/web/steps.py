@@ -24,6 +24,8 @@ from service.web.rendering import Page
 OVER_SPEED = 1.02
 """Measured over service speed at most: the reading of a tachometer, not a licence to run faster."""
 MOST_BOXES = 200
+RUN_STEPS = frozenset({"initial", "trial", "check"})
+"""Steps that a run is taken in."""
 
 
 def show(
@@ -116,6 +118,8 @@ def _initial(page: Page, guide: Guide) -> dict[str, Any]:
 
 
 def _trial(page: Page, guide: Guide) -> dict[str, Any]:
+    if guide.step != "trial":
+        return {}
     stop = guide.stop if guide.stop is not None and guide.stop.purpose == "trial" else None
     asked = page.request.query_params.get("plane")
     names = [plane.name for plane in guide.session.machine.planes]
@@ -231,6 +235,8 @@ def _decide(page: Page, guide: Guide) -> dict[str, Any]:
 
 def _entry(page: Page, guide: Guide) -> dict[str, Any]:
     """What a run is taken with: the live values, and a dial for each sensor."""
+    if guide.step not in RUN_STEPS or guide.session.state == "closed":
+        return {}
     sourced = any(source.machine_id == guide.session.machine_id for source in readings.sources(page.work))
     return {"sourced": sourced, "dials": illustrations.dials(guide.session, scales(guide), page.preferences)}
 

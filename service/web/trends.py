@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from markupsafe import Markup
 
-from db.documents.machine import Machine
-from db.documents.session import SessionSummary
-from service.usecases import reports, sessions
+from db.documents.machine import StoredMachine
+from service.usecases import reports
 from service.web.pictures.reader import Reader
 from service.web.pictures.svg import to_svg
 from service.web.pictures.trend import TrendPoint, trend_chart
@@ -18,16 +15,16 @@ MOST_SESSIONS = 12
 """So many are read for a trend: a page stays quick however long a machine has been looked after."""
 
 
-def of_machine(page: Page, machine: Machine, listed: Sequence[SessionSummary]) -> list[Markup]:
+def of_machine(page: Page, machine: StoredMachine) -> list[Markup]:
     """A picture for each sensor that was measured in two sessions or more."""
     points: dict[str, list[TrendPoint]] = {sensor.name: [] for sensor in machine.sensors}
     sensors = {sensor.name: sensor for sensor in machine.sensors}
-    for summary in listed[:MOST_SESSIONS]:
-        for line in reports.before_after(sessions.get(page.work, summary.id)):
+    for opened_at, lines in reports.trend(page.work, machine.id, MOST_SESSIONS):
+        for line in lines:
             if line.sensor in points:
                 unit = page.display.amplitude_unit(sensors[line.sensor])
                 after = None if line.after is None else unit.show(line.after)
-                points[line.sensor].append(TrendPoint(summary.created_at, unit.show(line.before), after))
+                points[line.sensor].append(TrendPoint(opened_at, unit.show(line.before), after))
     reader = Reader(page.preferences)
     return [
         to_svg(trend_chart(found, name, page.text(page.display.amplitude_unit(sensors[name]).sign), reader))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import socket
 import threading
@@ -193,7 +194,7 @@ class Tablet:
 
     def press(self, text: str) -> None:
         """Touch a button or a link that is one."""
-        self.page.locator("button:visible, a:visible").filter(has_text=text).first.tap()
+        self.page.locator("button:visible, a:visible, summary:visible").filter(has_text=text).first.tap()
 
     def tick_all(self) -> None:
         """Tick every box of a stop."""
@@ -231,7 +232,9 @@ class Tablet:
         self.context.close()
 
     def _said(self, message: ConsoleMessage) -> None:
-        if message.type in ("error", "warning"):
+        # The browser notes every form that is refused with 409 or 422: the page says why, beside the field.
+        refused = re.search(r"status of (409|422) ", message.text)
+        if message.type in ("error", "warning") and not refused:
             self.errors.append(message.text)
 
     def _asked(self, request: Request) -> None:

@@ -35,7 +35,7 @@ class Stale(Exception):
     def answer(self) -> HTMLResponse:
         """The newer state, with what was typed kept where its form is still there."""
         form = Form(self.typed, self.page.language)
-        return steps.show(self.page, self.guide, form=form, status=409, notice=self.page.text(CHANGED))
+        return steps.show(self.page, self.guide, form=form, status=409, notice=self.page.text(CHANGED), typing=True)
 
 
 def fresh(page: PageDep, session_id: Key, typed: TypedDep) -> Guide:

@@ -19,6 +19,7 @@ from service.web.rendering import Page, PageDep
 router = APIRouter(prefix="/machines")
 
 MOST_LISTED = 200
+MOST_SESSIONS = 30
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$")]
 
 
@@ -54,8 +55,8 @@ def store_machine(page: PageDep, typed: TypedDep) -> Response:
 def machine_page(page: PageDep, machine_id: Key) -> HTMLResponse:
     """One machine: its description, its sessions, its trend."""
     machine = machines.get(page.work, machine_id)
-    found = sessions.find(page.work, MOST_LISTED, 0, machine_id=machine_id)
-    return page.render("machine.html", machine=machine, sessions=found, trends=trends.of_machine(page, machine, found))
+    found = sessions.find(page.work, MOST_SESSIONS, 0, machine_id=machine_id)
+    return page.render("machine.html", machine=machine, sessions=found, trends=trends.of_machine(page, machine))
 
 
 @router.get("/{machine_id}/edit")

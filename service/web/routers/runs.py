@@ -12,10 +12,10 @@ from service.errors import DrumtrueError, OutOfOrder
 from service.usecases import live, runs
 from service.web import steps
 from service.web.forms import Form, TypedDep
-from service.web.guide import Guide
+from service.web.guide import Guide, look
 from service.web.language import N_
 from service.web.rendering import Page, PageDep
-from service.web.routers.guiding import GuideDep
+from service.web.routers.guiding import GuideDep, Key, Stale
 
 router = APIRouter(prefix="/sessions/{session_id}/runs")
 
@@ -25,8 +25,9 @@ TOO_FAST = N_("%(speed)s is above the service speed of %(service)s. Slow the mac
 
 
 @router.post("")
-def type_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
-    """A run as it was typed in."""
+def type_run(page: PageDep, session_id: Key, typed: TypedDep) -> Response:
+    """A run as it was typed in; sent again because the answer was lost, it is stored once."""
+    guide = look(page.work, session_id)
     form = Form(typed, page.language)
     machine = guide.session.machine
     speed = form.number("speed_rpm", low=1.0, high=1e6, required=False)
@@ -34,6 +35,10 @@ def type_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
         form.wrong("speed_rpm", TOO_FAST, **_speeds(page, guide, speed))
     readings = [_reading(page, guide, form, index, speed) for index in range(len(machine.sensors))]
     stated = tuple(reading for reading in readings if reading is not None)
+    if typed.get("stamp") != guide.stamp:
+        if guide.session.runs and guide.session.runs[-1].readings == stated:
+            return page.goto(f"/sessions/{session_id}")
+        raise Stale(page, guide, typed)
     if form.ok and not stated:
         form.wrong("readings[0].amplitude", N_("Fill in this field."))
     if not form.ok:

@@ -57,7 +57,7 @@ async def _events(request: Request, page: Page, session_id: str) -> AsyncIterato
             found["stale"] = age.of(found.pop("newest_at"), page.work.now(), page.work.monotonic()) > FRESH_S
             yield f"event: now\ndata: {json.dumps(found)}\n\n"
             await asyncio.sleep(INTERVAL_S)
-            if await request.is_disconnected():
+            if state.ending() or await request.is_disconnected():
                 return
     finally:
         state.page_streams -= 1

@@ -48,6 +48,7 @@ async function deliver(session) {
       headers: { "content-type": "application/x-www-form-urlencoded", accept: "text/html" },
     });
     if (answer.status >= 500) throw new Error(`the server answered ${answer.status}`);
+    if (answer.status === 403 && !kept.renewed) { await renew(kept, session); return; }
     remove(WAITS + session);
     if (answer.redirected) { remove(DRAFT + session); location.assign(answer.url); }
     else show(await answer.text());
@@ -57,6 +58,15 @@ async function deliver(session) {
   } finally {
     busy = false;
   }
+}
+
+// The page is older than the browser's cookies: take the token of a new page, and try once more.
+async function renew(kept, session) {
+  const page = new DOMParser().parseFromString(await (await fetch(location.pathname, { headers: { accept: "text/html" } })).text(), "text/html");
+  const body = new URLSearchParams(kept.body);
+  body.set("form_token", page.querySelector("[name=form_token]")?.value ?? "");
+  write(WAITS + session, { ...kept, body: body.toString(), renewed: true });
+  setTimeout(() => deliver(session), 0);
 }
 
 // The server refused it: its page says why, beside the fields, with what was typed.

@@ -1,0 +1,234 @@
+"""A technician's day in a real browser: a whole session, lost links, two tablets, gloves, German."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import httpx2
+from playwright.sync_api import Browser
+
+from tests.web.browser import LYING, Bench, Tablet
+
+GRAMS, ANGLE = '[name="masses.mass_g"]', '[name="masses.angle_deg"]'
+TAKE = "[data-take]:enabled"
+
+
+def describe(tablet: Tablet, bench: Bench, name: str) -> str:
+    """Type a new machine in, with what is known of the drum, and come to its first session's form."""
+    tablet.press("A new machine")
+    tablet.heading("Describe the machine")
+    values = {"name": name, "service_speed_rpm": "460", "rotor_mass_kg": "120", "vibration_limit_mm_s": "0.5"}
+    for index, plane in enumerate(bench.spec.planes):
+        values |= {f"planes[{index}].{key}": text for key, text in {"name": plane.name, "radius_mm": "330"}.items()}
+        values |= {f"planes[{index}].axial_mm": f"{plane.axial_mm:g}", f"planes[{index}].first_deg": "20"}
+    for index, sensor in enumerate(bench.spec.sensors):
+        values |= {f"sensors[{index}].name": sensor.name, f"sensors[{index}].axial_mm": f"{sensor.axial_mm:g}"}
+    for field, text in values.items():
+        tablet.fill(field, text)
+    tablet.press("Store the machine")
+    tablet.heading("Which machine?")
+    return str(next(m["id"] for m in bench.ask("GET", "/machines") if m["name"] == name))
+
+
+def lock(tablet: Tablet) -> None:
+    """Stop, take the key out, block the drum: nothing goes on before."""
+    tablet.heading("Stop the machine and lock it")
+    tablet.press("Locked, go on")
+    tablet.page.get_by_text("Do this first, then tick it.").first.wait_for()
+    tablet.tick_all()
+    tablet.press("Locked, go on")
+
+
+def release(tablet: Tablet) -> None:
+    """Bolts, tools, guards."""
+    tablet.heading("Before the drum turns again")
+    tablet.tick_all()
+    tablet.press("Ready to run")
+
+
+def take(tablet: Tablet, bench: Bench, masses: list[dict[str, Any]]) -> None:
+    """Let the drum run; take the run once the page says that it is steady."""
+    tablet.page.locator("[data-take]").wait_for()
+    bench.turn(masses)
+    tablet.page.locator(TAKE).wait_for()
+    tablet.page.locator(TAKE).tap()
+
+
+def trial(tablet: Tablet, bench: Bench, plane: str) -> None:
+    """A trial run as the page advises it."""
+    tablet.heading(f"Trial run in plane {plane}")
+    tablet.press("Stop the machine to bolt it on")
+    lock(tablet)
+    tablet.heading("Bolt the trial mass into plane")
+    mass = {"mass_g": float(tablet.page.input_value(GRAMS)), "angle_deg": float(tablet.page.input_value(ANGLE))}
+    tablet.press("The mass is bolted on")
+    release(tablet)
+    tablet.heading("Run with the trial mass")
+    take(tablet, bench, [{"plane": plane, **mass}])
+
+
+def good_to_touch(tablet: Tablet, *, axe: bool = True) -> None:
+    """Large enough for gloves, as wide as the tablet, readable for everybody."""
+    assert tablet.small_targets() == []
+    assert tablet.overflow() <= 0
+    if axe:
+        assert tablet.serious() == []
+
+
+def test_a_whole_session_from_a_new_machine_to_the_certificate(tablet: Tablet, bench: Bench) -> None:
+    bench.box("Workshop box")
+    tablet.open("/")
+    tablet.press("Start balancing")
+    machine = describe(tablet, bench, "Combine 12")
+    bench.mount(machine)
+    good_to_touch(tablet, axe=False)
+    tablet.press("Begin")
+    tablet.heading("Run the drum as found")
+    session = tablet.page.url.rsplit("/", 1)[1]
+    good_to_touch(tablet)
+    take(tablet, bench, [])
+
+    trial(tablet, bench, "1")
+    tablet.heading("Trial run in plane 2")
+    # The server is restarted, the page loaded again: the session stands where it stood.
+    bench.service.stop()
+    bench.service.start()
+    tablet.page.reload(wait_until="domcontentloaded")
+    trial(tablet, bench, "2")
+
+    tablet.heading("The runs are enough")
+    tablet.press("Compute")
+    tablet.heading("What the drum needs")
+    good_to_touch(tablet)
+    tablet.press("Choose the pieces")
+    tablet.press("Find the best")
+    tablet.heading("The best choice from the box")
+    assert tablet.page.get_by_text("Nothing in the box does better").count() == 1
+    assert tablet.page.locator(".moves .off").count() == 1, "the last trial mass comes off"
+    good_to_touch(tablet)
+    tablet.press("Fit this")
+    lock(tablet)
+    tablet.heading("Change the masses")
+    assert tablet.page.locator(".moves .pull").first.inner_text().split("\N{NARROW NO-BREAK SPACE}")[1].startswith("N")
+    tablet.press("All is bolted on as shown")
+    release(tablet)
+    tablet.heading("Run the drum to check it")
+    take(tablet, bench, bench.masses_now(session))
+    tablet.page.locator(".before-after").wait_for()
+    good_to_touch(tablet)
+    tablet.press("Close the session")
+    tablet.heading("Finished")
+    pdf = httpx2.get(f"{bench.service.address}/api/v1/sessions/{session}/report.pdf", timeout=60)
+    assert pdf.content.startswith(b"%PDF")
+    state = bench.ask("GET", f"/sessions/{session}")
+    assert state["state"] == "closed"
+    assert [run["kind"] for run in state["runs"]] == ["initial", "trial", "trial", "check"]
+
+
+def typed(tablet: Tablet, values: Mapping[str, str]) -> None:
+    """Type a run in."""
+    if tablet.page.locator("details.typed[open]").count() == 0:
+        tablet.press("Type the run in")
+    for name, text in values.items():
+        tablet.fill(name, text)
+
+
+RUN = {
+    "readings[0].amplitude": "3.11",
+    "readings[0].phase_deg": "40",
+    "readings[1].amplitude": "4.79",
+    "readings[1].phase_deg": "120",
+}
+
+
+def test_a_run_typed_without_a_link_waits_on_the_tablet_and_is_stored_once(tablet: Tablet, bench: Bench) -> None:
+    session = bench.session(bench.machine("Lost link"), bench.box("Box of the lost link"))
+    tablet.open(f"/sessions/{session}")
+    typed(tablet, RUN)
+    bench.service.stop()
+    tablet.press("Store this run")
+    tablet.page.get_by_text("Not sent yet").wait_for()
+    assert "3.11" in tablet.page.locator(".waiting").inner_text()
+    bench.service.start()
+    tablet.heading("Trial run in plane 1")
+    assert len(bench.ask("GET", f"/sessions/{session}")["runs"]) == 1
+    tablet.errors = [error for error in tablet.errors if "net::ERR_" not in error]
+
+
+def test_what_is_typed_is_still_there_after_a_reload(tablet: Tablet, bench: Bench) -> None:
+    session = bench.session(bench.machine("Reload"), bench.box("Box of the reload"))
+    tablet.open(f"/sessions/{session}")
+    typed(tablet, {"readings[0].amplitude": "3.11"})
+    tablet.page.reload(wait_until="domcontentloaded")
+    assert tablet.page.input_value('[name="readings[0].amplitude"]') == "3.11"
+
+
+def test_two_tablets_on_one_session(tablet: Tablet, browser: Browser, bench: Bench) -> None:
+    session = bench.session(bench.machine("Two tablets"), bench.box("Box of two tablets"))
+    other = Tablet(browser, bench.service.address, viewport=LYING)
+    watching = Tablet(browser, bench.service.address, viewport=LYING)
+    for one in (tablet, other, watching):
+        one.open(f"/sessions/{session}")
+        one.heading("Run the drum as found")
+    good_to_touch(other, axe=False)
+    typed(other, {**RUN, "readings[0].amplitude": "9.99"})
+    typed(tablet, RUN)
+    tablet.press("Store this run")
+    tablet.heading("Trial run in plane 1")
+    # Who only looks is taken along; who has typed something is told, keeps it, and cannot overwrite what is newer.
+    watching.heading("Trial run in plane 1")
+    other.page.get_by_text("has gone on, on another tablet").wait_for()
+    other.press("Store this run")
+    other.page.get_by_text("What you sent was not stored").wait_for()
+    other.heading("Trial run in plane 1")
+    runs = bench.ask("GET", f"/sessions/{session}")["runs"]
+    assert [run["readings"][0]["amplitude"] for run in runs] == [3.11]
+    for one in (other, watching):
+        one.close()
+        assert one.errors == []
+        assert one.elsewhere == []
+
+
+def test_bad_input_is_told_beside_the_field_and_kept(tablet: Tablet, bench: Bench) -> None:
+    session = bench.session(bench.machine("Typing"), bench.box("Box of typing"))
+    tablet.context.add_cookies([{"name": "drumtrue_preferences", "value": "language=de", "url": tablet.address}])
+    tablet.open(f"/sessions/{session}")
+    if tablet.page.locator("details.typed[open]").count() == 0:
+        tablet.press("Lauf eintippen")
+    bad = {"readings[0].amplitude": "🙂", "readings[0].phase_deg": "400", "speed_rpm": "1.250"}
+    for name, text in bad.items():
+        tablet.fill(name, text)
+    tablet.press("Lauf speichern")
+    tablet.page.locator(".field.wrong").first.wait_for()
+    assert tablet.page.locator(".field.wrong").count() == 3
+    for name, text in bad.items():
+        assert tablet.page.input_value(f'[name="{name}"]') == text
+    for name, text in {"readings[0].amplitude": "3,11", "readings[0].phase_deg": "40", "speed_rpm": "455,5"}.items():
+        tablet.fill(name, text)
+    tablet.press("Lauf speichern")
+    tablet.heading("Testlauf in Ebene 1")
+    assert bench.ask("GET", f"/sessions/{session}")["runs"][0]["readings"][0]["amplitude"] == 3.11
+
+
+def test_live_values_are_shown_as_old_and_too_fast_is_loud(tablet: Tablet, bench: Bench) -> None:
+    machine = bench.machine("Too fast", service_speed_rpm=300.0)
+    session = bench.session(machine, bench.box("Box of the fast one"))
+    tablet.open(f"/sessions/{session}")
+    tablet.page.get_by_text("Old value: the source is silent").wait_for()
+    bench.turn()
+    tablet.page.get_by_text("Too fast! Above the service speed").wait_for()
+    assert tablet.page.locator(TAKE).count() == 0
+
+
+def test_every_page_is_large_and_readable_lying_and_dark(browser: Browser, bench: Bench) -> None:
+    tablet = Tablet(browser, bench.service.address, viewport=LYING)
+    tablet.context.add_cookies([{"name": "drumtrue_preferences", "value": "theme=dark", "url": tablet.address}])
+    machine = bench.machine("Dark page")
+    box = bench.box("Dark box")
+    paths = ("/", "/sessions", "/sessions/new", "/machines", f"/machines/{machine}", "/machines/new", "/boxes")
+    for path in (*paths, f"/boxes/{box}", "/boxes/new", "/sources", "/preferences", "/login"):
+        tablet.open(path)
+        good_to_touch(tablet)
+    tablet.close()
+    assert (tablet.errors, tablet.elsewhere) == ([], [])
