@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ipaddress
 import re
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import cast
 from urllib.parse import quote, urlsplit
@@ -16,10 +16,11 @@ from urllib.parse import quote, urlsplit
 from fastapi import FastAPI
 from fastapi.routing import iter_route_contexts
 from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import RedirectResponse, Response
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.access import KEEPERS, OPERATIONS
 from service.errors import DrumtrueError, Forbidden, Unauthorized
@@ -70,7 +71,11 @@ class Guard:
             await response(scope, receive, send)
             return
         scope.setdefault("state", {})["principal"] = principal
-        await self.app(scope, receive, send)
+        if principal is None:
+            await self.app(scope, receive, send)
+            return
+        stream = _Watched(lambda: self._identify(HTTPConnection(scope)), receive, send)
+        await self.app(scope, stream.receive, stream.send)
 
     async def _admit(self, scope: Scope) -> Principal | None:
         """Who asks; None where nobody needs to be. Raises Unauthorized, Forbidden or TooManyAttempts."""
@@ -133,6 +138,35 @@ class Guard:
         if methods:
             return HTTPException(405, headers={"allow": ", ".join(sorted(methods))})
         return HTTPException(404)
+
+
+class _Watched:
+    """An answer that goes on as events: before each of them is sent, whoever asked is looked at again.
+
+    Once refused, the stream ends and the application is told that its client is gone.
+    """
+
+    def __init__(self, identify: Callable[[], object], receive: Receive, send: Send) -> None:
+        self._identify, self._receive, self._send = identify, receive, send
+        self._events = self._over = False
+
+    async def receive(self) -> Message:
+        """What the client sends."""
+        return {"type": "http.disconnect"} if self._over else await self._receive()
+
+    async def send(self, message: Message) -> None:
+        """Pass a part of the answer on."""
+        if self._over:
+            return
+        if message["type"] == "http.response.start":
+            self._events = Headers(raw=message["headers"]).get("content-type", "").startswith("text/event-stream")
+        elif self._events and message.get("more_body"):
+            try:
+                await run_in_threadpool(self._identify)
+            except DrumtrueError:
+                self._over = True
+                message = {"type": "http.response.body", "body": b"", "more_body": False}
+        await self._send(message)
 
 
 def client_of(request: HTTPConnection) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,10 +14,15 @@ import pytest
 from fastapi.routing import iter_route_contexts
 
 from db.documents.access import SCOPES, Scope
+from db.documents.base import read_json
+from db.documents.machine import Machine
+from db.documents.session import SessionRequest
 from service.api.access import OPERATIONS
+from service.api.guard import Guard
 from service.errors import Unauthorized
-from service.usecases import logins, tokens
+from service.usecases import logins, machines, sessions, tokens
 from service.usecases.attempts import MOST, WINDOW_S, Attempts
+from service.usecases.tokens import Principal
 from tests.api.workshop import JSON, StopWatch, Workshop, application, machine_body, problem_of, workshop
 
 REFUSED = (401, 403, 429)
@@ -226,6 +232,34 @@ def test_a_login_serves_until_it_or_its_token_ends(shop: Workshop) -> None:
     tokens.revoke(shop.work, "tablet")
     assert asked(third) == 401
     assert shop.count("login") == 0
+
+
+def test_a_stream_ends_with_its_token(shop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Revoked after the first event: the second, which is due, is not sent."""
+    monkeypatch.setattr("service.api.routers.live.INTERVAL_S", 0.001)
+    monkeypatch.setattr("service.api.routers.live.BEAT_S", 0.0)
+    _, text = tokens.create(shop.work, "tablet", ["read"])
+    session = sessions.open_on(shop.work, SessionRequest(machine_id=machine_in(shop))).id
+    admit, looks = Guard._identify, []
+
+    def identify(guard: Guard, request: Any) -> Principal:
+        looks.append(request)
+        if len(looks) == 3:  # for the request, for the first event, for the second
+            tokens.revoke(shop.work, "tablet")
+        return admit(guard, request)
+
+    monkeypatch.setattr(Guard, "_identify", identify)
+    path = f"/api/v1/sessions/{session}/live"
+    answer = shop.client.get(path, headers={"authorization": f"Bearer {text}"})
+    assert answer.status_code == 200
+    assert answer.text.count("event: live") == 1
+    assert ": still there" not in answer.text
+    assert len(looks) == 3
+
+
+def machine_in(shop: Workshop) -> str:
+    """A machine, stored without asking the guard."""
+    return machines.create(shop.work, read_json(Machine, json.dumps(machine_body()))).id
 
 
 def test_too_many_bad_tokens_from_one_address_wait(shop: Workshop) -> None:
