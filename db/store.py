@@ -290,6 +290,12 @@ class Store:
         query = select(StockEntryRow).where(StockEntryRow.catalogue_id == catalogue_id)
         return self._page(query.order_by(StockEntryRow.id.desc()), limit, offset)
 
+    def newest_by_source(self) -> dict[str, datetime]:
+        """When the newest reading of each bound source was taken; sources without one are left out."""
+        newest = select(func.max(ReadingRow.taken_at)).where(ReadingRow.source == SourceRow.name).scalar_subquery()
+        found = self._session.execute(select(SourceRow.name, newest))
+        return {name: at for name, at in found if at is not None}
+
     # ------------------------------------------------------------ access
     def tokens(self) -> Sequence[TokenRow]:
         """All tokens, oldest first."""

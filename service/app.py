@@ -13,6 +13,7 @@ from service.api import openapi, problems
 from service.api.guard import Guard
 from service.api.headers import SecurityHeaders
 from service.api.limits import BodyLimit
+from service.api.observing import Observed
 from service.api.routers import blocks, health, history, live, machines, readings, sessions
 from service.settings import Settings
 from service.usecases.attempts import Attempts
@@ -48,10 +49,13 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
     app.add_middleware(BodyLimit, most=settings.max_body_bytes)
     app.add_middleware(Guard, loopback=settings.loopback)
     app.add_middleware(SecurityHeaders)
+    app.add_middleware(Observed)
     problems.install(app)
     for room in (machines, sessions, history, live, readings, blocks, health):
         app.include_router(room.router, prefix=PREFIX)
     app.include_router(health.router, include_in_schema=False)
+    for prefix in ("", PREFIX):
+        app.include_router(health.probes, prefix=prefix, include_in_schema=False)
     openapi.install(app)
     app.include_router(reports.files, prefix=PREFIX, include_in_schema=False)
     pages.install(app)

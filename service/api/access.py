@@ -18,12 +18,13 @@ EVERYONE: frozenset[Scope] | None = None
 """No token is needed: what the operation tells or does is no secret."""
 
 _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
-    (EVERYONE, ("get_health", "openapi", "show_api_document")),
+    (EVERYONE, ("get_health", "get_liveness", "get_readiness", "openapi", "show_api_document")),
     # A bridge sends what a balancer measured and can do nothing else: not even bind its source, or read.
     (SENDERS, ("add_readings", "add_answer", "add_block")),
     (
         LOOKERS,
         (
+            "get_metrics",
             "list_machines",
             "get_machine",
             "list_influence",

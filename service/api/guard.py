@@ -70,7 +70,7 @@ class Guard:
             response = await _refusal(Request(scope), refused)
             await response(scope, receive, send)
             return
-        scope.setdefault("state", {})["principal"] = principal
+        scope["state"]["principal"] = principal
         if principal is None:
             await self.app(scope, receive, send)
             return
@@ -80,6 +80,7 @@ class Guard:
     async def _admit(self, scope: Scope) -> Principal | None:
         """Who asks; None where nobody needs to be. Raises Unauthorized, Forbidden or TooManyAttempts."""
         operation = self._operation(scope)
+        scope.setdefault("state", {})["operation"] = operation
         request = HTTPConnection(scope)
         if scope["method"] not in SAFE and "authorization" not in request.headers:
             require_same_site(request)

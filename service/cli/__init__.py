@@ -101,6 +101,9 @@ def serve(
             help="Addresses or networks of proxies whose X-Forwarded-For and -Proto are believed, commas between.",
         ),
     ] = None,
+    log_format: Annotated[
+        str, typer.Option(envvar="DRUMTRUE_LOG_FORMAT", help="text, or json: one object a line, requests too.")
+    ] = "text",
     spool: canbus.SpoolFile = None,
     max_spool_mb: canbus.SpoolSize = 256,
 ) -> None:
@@ -114,7 +117,9 @@ def serve(
 
         bus = bus_choice(can, mapping, sensors, planes, j1939=j1939)
         ear = Ear(bus, source, spool, max_spool_mb * 1024 * 1024)
-    serve_until_stopped(host, port, database_url, ear, trust_proxy)
+    if log_format not in ("text", "json"):
+        raise typer.BadParameter(f"{log_format!r} is no format; use text or json", param_hint="--log-format")
+    serve_until_stopped(host, port, database_url, ear, trust_proxy, log_format)
 
 
 @app.command()

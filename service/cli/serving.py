@@ -16,6 +16,7 @@ import uvicorn
 from service import bootstrap
 from service.api.guard import is_loopback
 from service.app import create_app
+from service.cli.logs import log_as_json
 from service.errors import Conflict
 from service.settings import Settings
 from service.usecases import tokens
@@ -34,13 +35,14 @@ def serve_until_stopped(
     database_url: str | None,
     ear: Ear | None = None,
     trusted_proxies: str | None = None,
+    log_format: str = "text",
 ) -> None:
     """Listen until SIGINT or SIGTERM, on a CAN bus too if one is named.
 
     Raises Conflict for an address that is taken, a schema out of date, or an address beyond this machine without a
     token, `BusUnavailable` for a bus that cannot be had.
     """
-    settings = Settings.from_environment(database_url=database_url)
+    settings, as_json = Settings.from_environment(database_url=database_url), log_format == "json"
     if trusted_proxies is not None:
         settings = replace(settings, trusted_proxies=trusted_proxies)
     # uvicorn hands the signal on once it has stopped; by default that would end the process before its blocks end.
@@ -51,12 +53,12 @@ def serve_until_stopped(
         _require_tokens(work, settings, address[0])
         print(f"Drumtrue on http://{address[0]}:{address[1]} (API document: /docs), sessions in {settings.shown}")
         if ear is None:
-            _server(settings, "info", work).run(sockets=[listener])
+            _server(settings, "info", work, as_json=as_json).run(sockets=[listener])
             return
         from service.cli.listening import listening
 
         with listening(work, ear):
-            _server(settings, "info", work).run(sockets=[listener])
+            _server(settings, "info", work, as_json=as_json).run(sockets=[listener])
 
 
 def _require_tokens(work: Work, settings: Settings, address: str) -> None:
@@ -102,13 +104,16 @@ def _working(settings: Settings) -> Iterator[Work]:
         work.database.close()
 
 
-def _server(settings: Settings, log_level: str, work: Work) -> uvicorn.Server:
+def _server(settings: Settings, log_level: str, work: Work, *, as_json: bool = False) -> uvicorn.Server:
+    if as_json:
+        log_as_json()
     app = create_app(settings, work)
     server = uvicorn.Server(
         uvicorn.Config(
             app,
             log_level=log_level,
             access_log=False,
+            log_config=None if as_json else uvicorn.config.LOGGING_CONFIG,
             timeout_graceful_shutdown=GRACE_S,
             proxy_headers=bool(settings.trusted_proxies),
             forwarded_allow_ips=settings.trusted_proxies,

@@ -57,6 +57,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
         at=work.now(),
         monotonic=work.monotonic,
     )
+    work.meters.solved(request.method, plan.status, plan.seconds)
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
         state = states.after(session, "plan")

@@ -113,7 +113,8 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
         if accepted < len(rows):
             # Only now is it worth looking: what was stored before must have been the same.
             _check_same(store, rows)
-        return Receipt(accepted=accepted, duplicates=len(readings) - accepted)
+    work.meters.stored(accepted, len(readings) - accepted, rows)
+    return Receipt(accepted=accepted, duplicates=len(readings) - accepted)
 
 
 def highest_sequence(work: Work, source: str) -> int:

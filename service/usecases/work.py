@@ -6,7 +6,7 @@ import time
 import uuid
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TypeVar
 
@@ -14,6 +14,7 @@ from db.database import Database
 from db.rows import Base
 from db.store import Store
 from service.errors import NotFound
+from service.usecases.meters import Meters
 
 Row = TypeVar("Row", bound=Base)
 
@@ -38,6 +39,7 @@ class Work:
     monotonic: Callable[[], float] = time.monotonic
     max_readings: int = 10_000
     actor: str = "local"
+    meters: Meters = field(default_factory=Meters)
 
     def acting(self, actor: str) -> Work:
         """The same, for another actor."""

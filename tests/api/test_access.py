@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
@@ -236,7 +236,12 @@ def test_a_login_serves_until_it_or_its_token_ends(shop: Workshop) -> None:
 
 def test_a_stream_ends_with_its_token(shop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     """Revoked after the first event: the second, which is due, is not sent."""
-    monkeypatch.setattr("service.api.routers.live.INTERVAL_S", 0.001)
+
+    async def at_once(*_: object) -> AsyncIterator[None]:
+        while True:
+            yield
+
+    monkeypatch.setattr("service.api.routers.live.news", at_once)
     monkeypatch.setattr("service.api.routers.live.BEAT_S", 0.0)
     _, text = tokens.create(shop.work, "tablet", ["read"])
     session = sessions.open_on(shop.work, SessionRequest(machine_id=machine_in(shop))).id

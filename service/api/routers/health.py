@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import asyncio
+import threading
+from contextlib import suppress
+
 from fastapi import APIRouter, Response
 
 from db.documents.base import document
 from service.api.dependencies import WorkDep
+from service.usecases import wellness
+from service.usecases.wellness import Readiness
+from service.usecases.work import Work
 from service.version import __version__
 
 router = APIRouter()
+probes = APIRouter()
+
+PATIENCE_S = 3.0
+"""A database that says nothing for so long is broken, whatever it is busy with."""
 
 
 @document
@@ -33,3 +44,35 @@ def get_health(work: WorkDep, response: Response) -> Health:
         response.status_code = 503
         return Health(status="broken", version=__version__, database=type(broken).__name__)
     return Health(status="ok", version=__version__, database="ok")
+
+
+@probes.get("/health/live")
+async def get_liveness() -> dict[str, str]:
+    """Whether the process turns its loop: a supervisor that hears nothing starts it again."""
+    return {"status": "ok"}
+
+
+@probes.get("/health/ready")
+async def get_readiness(work: WorkDep, response: Response) -> Readiness:
+    """Whether work can be sent here: ready, slow (the database answers late) or broken (503)."""
+    # A thread of its own: the pool of the endpoints may be full of plans, which is no fault of the database.
+    asked = asyncio.get_running_loop().create_future()
+    threading.Thread(target=_ask, args=(work, asked), name="readiness", daemon=True).start()
+    try:
+        found: Readiness = await asyncio.wait_for(asked, PATIENCE_S)
+    except TimeoutError:
+        found = Readiness(status="broken", database=f"no answer within {PATIENCE_S:g} s", seconds=PATIENCE_S)
+    response.status_code = 503 if found.status == "broken" else 200
+    return found
+
+
+def _ask(work: Work, asked: asyncio.Future[Readiness]) -> None:
+    found = wellness.readiness(work)
+    with suppress(RuntimeError):  # the loop is over
+        asked.get_loop().call_soon_threadsafe(lambda: asked.done() or asked.set_result(found))
+
+
+@probes.get("/metrics")
+def get_metrics(work: WorkDep) -> Response:
+    """What this process counted, and how far the sources are behind, in Prometheus' text format."""
+    return Response(wellness.metrics(work), media_type="text/plain; version=0.0.4; charset=utf-8")
