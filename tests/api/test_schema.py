@@ -91,7 +91,10 @@ def changes_last(label: str) -> tuple[bool, str]:
     return label.startswith("PATCH"), label
 
 
-@pytest.mark.parametrize("label", sorted(OPERATIONS, key=changes_last))
+LABELS: list[str] = sorted(OPERATIONS, key=changes_last)
+
+
+@pytest.mark.parametrize("label", LABELS)
 def test_is_answered_as_the_document_says(tried: Tried, label: str) -> None:
     operation = OPERATIONS[label]
     _try(tried, operation, GenerationMode.POSITIVE)

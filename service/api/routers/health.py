@@ -68,8 +68,13 @@ async def get_readiness(work: WorkDep, response: Response) -> Readiness:
 
 def _ask(work: Work, asked: asyncio.Future[Readiness]) -> None:
     found = wellness.readiness(work)
+
+    def answer() -> None:
+        if not asked.done():
+            asked.set_result(found)
+
     with suppress(RuntimeError):  # the loop is over
-        asked.get_loop().call_soon_threadsafe(lambda: asked.done() or asked.set_result(found))
+        asked.get_loop().call_soon_threadsafe(answer)
 
 
 @probes.get("/metrics")
