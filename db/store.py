@@ -187,15 +187,14 @@ class Store:
             .limit(most)
         ).all()
 
-    def newest_of(self, sources: Sequence[str]) -> dict[str, datetime]:
-        """When the newest reading of each source was taken; one without any is left out."""
-        # One look at the end of the index for each: there are few sources, and many readings.
-        out = {}
-        for source in sources:
-            newest = self._session.scalar(select(func.max(ReadingRow.taken_at)).where(ReadingRow.source == source))
-            if newest is not None:
-                out[source] = newest
-        return out
+    def latest_of(self, source: str, most: int) -> list[tuple[int, datetime]]:
+        """Number and time of the latest readings and answers of a source, the highest number first."""
+        found: list[tuple[int, datetime]] = []
+        # One look at the end of each index: there are few sources, and many readings.
+        for kind in (ReadingRow, BalancerAnswerRow):
+            query = select(kind.sequence, kind.taken_at).where(kind.source == source).order_by(kind.sequence.desc())
+            found += [(number, at) for number, at in self._session.execute(query.limit(most))]
+        return sorted(found, reverse=True)[:most]
 
     def highest_sequence(self, kind: type[ReadingRow | BalancerAnswerRow], source: str) -> int:
         """The highest number stored of a source; -1 for none."""

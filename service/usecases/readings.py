@@ -42,14 +42,6 @@ class Source:
 
 
 @document
-class SourceHealth(Source):
-    """A source, and when it was last heard."""
-
-    newest_at: datetime | None
-    """When its newest reading was taken, UTC; null before the first."""
-
-
-@document
 class StoredAnswer:
     """A balancer's answer as it is stored."""
 
@@ -78,14 +70,6 @@ def sources(work: Work) -> tuple[Source, ...]:
     """Bound sources, by name."""
     with work.read() as store:
         return tuple(Source(name=r.name, machine_id=r.machine_id, bound_at=r.bound_at) for r in store.sources())
-
-
-def health(work: Work) -> tuple[SourceHealth, ...]:
-    """Bound sources with their newest reading, by name."""
-    bound = sources(work)
-    with work.read() as store:
-        newest = store.newest_of([source.name for source in bound])
-    return tuple(SourceHealth(**vars(source), newest_at=newest.get(source.name)) for source in bound)
 
 
 def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:

@@ -66,6 +66,13 @@ class Display:
         """A time in s."""
         return self._text(value, "s", digits=2)
 
+    def duration(self, seconds: float | None) -> str:
+        """A time that went by, in the unit that suits it: s, min, h, d."""
+        for size, sign in ((86400.0, N_("d")), (3600.0, N_("h")), (60.0, N_("min"))):
+            if seconds is not None and seconds >= 2.0 * size:
+                return self._text(seconds / size, sign, digits=2)
+        return self.seconds(seconds)
+
     def time(self, moment: datetime | None) -> Markup | str:
         """A moment; the page turns it into the tablet's own time, printed text keeps UTC."""
         if moment is None:

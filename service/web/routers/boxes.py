@@ -19,6 +19,8 @@ router = APIRouter(prefix="/boxes")
 MOST_LISTED = 200
 ROWS, MOST_ROWS = 6, 60
 MOST_PIECES = 1_000_000
+MOST_MOVEMENTS = 50
+"""Entries of the ledger that are shown, the newest."""
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$")]
 
 
@@ -106,4 +108,5 @@ def _form(page: Page, form: Form, status: int = 200) -> HTMLResponse:
 
 
 def _box(page: Page, box_id: str, form: Form, status: int = 200) -> HTMLResponse:
-    return page.render("box.html", status=status, form=form, box=catalogues.get(page.work, box_id))
+    stock = catalogues.stock_of(page.work, box_id, MOST_MOVEMENTS, 0)
+    return page.render("box.html", status=status, form=form, box=catalogues.get(page.work, box_id), stock=stock)

@@ -6,7 +6,7 @@ from fastapi import APIRouter
 from fastapi.responses import HTMLResponse, Response
 
 from service.errors import DrumtrueError
-from service.usecases import machines, readings
+from service.usecases import machines, readings, source_health
 from service.web.forms import Form, TypedDep
 from service.web.rendering import Page, PageDep
 
@@ -18,7 +18,7 @@ FRESH_S = 10.0
 
 @router.get("")
 def sources_page(page: PageDep) -> HTMLResponse:
-    """All sources with the newest reading of each."""
+    """All sources with how well each is heard."""
     return _sources(page, Form(language=page.language))
 
 
@@ -41,7 +41,7 @@ def _sources(page: Page, form: Form, status: int = 200) -> HTMLResponse:
     names = {machine.id: machine.name for machine in listed}
     now = page.work.now()
     found = []
-    for health in readings.health(page.work):
-        age = None if health.newest_at is None else max((now - health.newest_at).total_seconds(), 0.0)
-        found.append((health, names.get(health.machine_id, health.machine_id), age is not None and age < FRESH_S))
+    for one in source_health.health(page.work):
+        age = None if one.newest_at is None else max((now - one.newest_at).total_seconds(), 0.0)
+        found.append((one, names.get(one.machine_id, one.machine_id), age, age is not None and age < FRESH_S))
     return page.render("sources.html", status=status, form=form, sources=found, machines=listed)
