@@ -59,3 +59,21 @@ def web(
     from service.bench.web import bench_web
 
     raise SystemExit(0 if bench_web(stored=sessions, repeats=repeats, markdown=markdown) else 1)
+
+
+@app.command()
+def load(
+    markdown: Markdown = False,
+    postgresql: Annotated[
+        str | None, typer.Option(help="An empty PostgreSQL (postgresql+psycopg://...); default: one started for it.")
+    ] = None,
+    rows: Annotated[int, typer.Option(min=2000, help="Readings sent in bulk.")] = 200_000,
+    singles: Annotated[int, typer.Option(min=1, help="Readings that each of 8 clients sends one by one.")] = 250,
+    plans: Annotated[int, typer.Option(min=1, help="Plans asked for.")] = 100,
+    sessions: Annotated[int, typer.Option(min=0, help="Then fill up to so many sessions and measure again.")] = 0,
+) -> None:
+    """Readings and plans over HTTP into SQLite and PostgreSQL, beside an endpoint that does nothing."""
+    from service.bench.load import Sizes, bench_load
+
+    sizes = Sizes(rows=rows, singles=singles, plans=plans)
+    raise SystemExit(0 if bench_load(sizes, markdown=markdown, postgresql=postgresql, sessions=sessions) else 1)
