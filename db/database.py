@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import datetime
@@ -23,12 +24,16 @@ class Database:
 
     `write()` commits when its block ends and rolls back when it raises; on SQLite it takes the write lock at once, so
     that two writers queue instead of failing half-way. `read()` never commits.
+
+    Threads of one process queue for SQLite's write lock here: SQLite itself would have them sleep and try again, up to
+    a tenth of a second at a time, whoever came first.
     """
 
     def __init__(self, url: str) -> None:
         self.url = make_url(url)
         self.engine = _engine(url)
         self.notices = Notices(self.engine)
+        self._writer = threading.Lock()
 
     @property
     def embedded(self) -> bool:
@@ -40,12 +45,22 @@ class Database:
         """A unit of work that commits at its end, its history with it; actor: who acts; now: the clock."""
         engine = self.engine.execution_options(begin="IMMEDIATE")
         with Session(engine, expire_on_commit=False) as session:
-            with session.begin():
+            with self._queue(), session.begin():
                 history = History(session, actor, now)
                 yield Store(session, history)
                 history.finish()
                 self.notices.announce(session)
             self.notices.tell(session)
+
+    @contextmanager
+    def _queue(self) -> Iterator[None]:
+        # Past the time-out SQLite is asked all the same, and says itself that it is busy.
+        held = self.embedded and self._writer.acquire(timeout=BUSY_TIMEOUT_MS / 1e3)
+        try:
+            yield
+        finally:
+            if held:
+                self._writer.release()
 
     @contextmanager
     def read(self) -> Iterator[Store]:

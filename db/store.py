@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from datetime import datetime
 from typing import Any, TypeVar
 
@@ -59,6 +60,10 @@ class Store:
     def lock(self, kind: type[Row], key: str) -> Row | None:
         """The row with this key, locked until the unit of work ends (SQLite holds its one write lock already)."""
         return self._session.get(kind, key, with_for_update=True, populate_existing=True)
+
+    def part(self) -> AbstractContextManager[object]:
+        """A part of the unit of work that is undone by itself where its block raises."""
+        return self._session.begin_nested()
 
     def flush(self) -> None:
         """Send pending changes to the engine."""

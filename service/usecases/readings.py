@@ -18,6 +18,9 @@ from service.usecases import states
 from service.usecases.rules import check_masses, sensor_index
 from service.usecases.work import Work, require
 
+FEW = 50
+"""Up to so many readings in a request share a unit of work with those of other requests."""
+
 
 @document
 class Receipt:
@@ -85,19 +88,45 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
             value=len(readings),
             advice="send them in smaller batches",
         )
+    receipt: Receipt
+    if len(readings) > FEW:
+        with work.write() as store:
+            receipt = _stored(_Targets(store), readings)
+    else:
+        receipt = work.together.do((work, readings), _store_few)
+    work.meters.stored(receipt.accepted, receipt.duplicates, {(r.source, r.sequence) for r in readings})
+    return receipt
+
+
+def _store_few(batches: Sequence[tuple[Work, Sequence[Reading]]]) -> list[Receipt | Exception]:
+    """Store batches of several requests in one unit of work, each whole or not at all."""
+    work, first = batches[0]
+    if len(batches) == 1:
+        with work.write() as store:
+            return [_stored(_Targets(store), first)]
+    outcomes: list[Receipt | Exception] = []
     with work.write() as store:
-        rows: dict[tuple[str, int], NewReading] = {}
         targets = _Targets(store)
-        for index, reading in enumerate(readings):
-            row = _row(targets, reading, index)
-            key = (reading.source, reading.sequence)
-            if rows.setdefault(key, row) != row:
-                raise _reused(key, f"[{index}].sequence")
-        accepted = store.add_readings(list(rows.values()))
-        if accepted < len(rows):
-            # Only now is it worth looking: what was stored before must have been the same.
-            _check_same(store, rows)
-    work.meters.stored(accepted, len(readings) - accepted, rows)
+        for _, readings in batches:
+            try:
+                with store.part():
+                    outcomes.append(_stored(targets, readings))
+            except Exception as refused:
+                outcomes.append(refused)
+    return outcomes
+
+
+def _stored(targets: _Targets, readings: Sequence[Reading]) -> Receipt:
+    rows: dict[tuple[str, int], NewReading] = {}
+    for index, reading in enumerate(readings):
+        row = _row(targets, reading, index)
+        key = (reading.source, reading.sequence)
+        if rows.setdefault(key, row) != row:
+            raise _reused(key, f"[{index}].sequence")
+    accepted = targets.store.add_readings(list(rows.values()))
+    if accepted < len(rows):
+        # Only now is it worth looking: what was stored before must have been the same.
+        _check_same(targets.store, rows)
     return Receipt(accepted=accepted, duplicates=len(readings) - accepted)
 
 
@@ -145,7 +174,7 @@ class _Targets:
     """Which machine a reading belongs to, looked up once per source and session."""
 
     def __init__(self, store: Store) -> None:
-        self._store = store
+        self.store = store
         self._of: dict[tuple[str, str | None], str] = {}
         self._of_sensor: dict[tuple[str, str | None, str], str] = {}
 
@@ -167,10 +196,10 @@ class _Targets:
         return self._of[key]
 
     def machine(self, machine_id: str) -> Any:
-        return require(self._store, MachineRow, machine_id).spec
+        return require(self.store, MachineRow, machine_id).spec
 
     def _look_up(self, source: str, session_id: str | None, field: str) -> str:
-        bound = self._store.get(SourceRow, source)
+        bound = self.store.get(SourceRow, source)
         if session_id is None:
             if bound is None:
                 raise NotFound(
@@ -181,7 +210,7 @@ class _Targets:
                     advice="bind it first (PUT /sources/{name}), or state the session_id",
                 )
             return bound.machine_id
-        session = require(self._store, SessionRow, session_id)
+        session = require(self.store, SessionRow, session_id)
         states.after(session, "run")
         if bound is not None and bound.machine_id != session.machine_id:
             raise Conflict(

@@ -8,13 +8,14 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from db.database import Database
 from db.rows import Base
 from db.store import Store
 from service.errors import NotFound
 from service.usecases.meters import Meters
+from service.usecases.together import Together
 
 Row = TypeVar("Row", bound=Base)
 
@@ -31,7 +32,10 @@ def new_id() -> str:
 
 @dataclass(frozen=True)
 class Work:
-    """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: a token's name, or local."""
+    """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: a token's name, or local.
+
+    together: small batches of readings that come at the same time share a unit of work.
+    """
 
     database: Database
     now: Callable[[], datetime] = utc_now
@@ -40,6 +44,7 @@ class Work:
     max_readings: int = 10_000
     actor: str = "local"
     meters: Meters = field(default_factory=Meters)
+    together: Together[Any, Any] = field(default_factory=Together)
 
     def acting(self, actor: str) -> Work:
         """The same, for another actor."""
