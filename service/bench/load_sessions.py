@@ -1,7 +1,125 @@
-"""Cost of a session with many others stored."""
+"""The same requests with few and with many sessions stored: what a session costs must not grow with the others.
+
+The database is filled with copies of one session that the service itself stored, with its runs, correction and plans;
+the copies are closed, a second apart, and spread over a hundred machines.
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Callable
+
+from rich.console import Console
+from sqlalchemy import Connection as SqlConnection
+from sqlalchemy import text
+
+from db.database import Database
+from db.rows import Base
+from service.bench.load_clients import Connection, bodies
+from service.bench.load_shop import PLAN, runs
+from service.bench.served import served
+from service.bench.timing import show, timed
+
+FEW = 1_000
+MOST_GROWTH = 1.5
+"""A median may be longer by this factor: the noise of a busy machine, far from the growth of a scan."""
+REPEATS = 30
+MACHINES = 100
+_EARLIER = {
+    "sqlite": "strftime('%Y-%m-%d %H:%M:%f000', created_at, '-' || i || ' seconds')",
+    "postgresql": "created_at - i * interval '1 second'",
+}
+_COPY = "'copy-' || CAST(i AS TEXT)"
+_ON_MACHINE = f"'copy-' || CAST(i % {MACHINES} AS TEXT)"
+_PART = {"id": "CAST(i AS TEXT) || '-' || CAST(number AS TEXT)", "session_id": _COPY}
+
 
 def flat_cost(url: str, engine: str, sessions: int, *, markdown: bool) -> bool:
-    return True
+    """Fill the database to 1,000 and to `sessions` sessions, print the medians of the hot paths at both.
+
+    The database holds the session of the load measurement already. True where no path grew.
+    """
+    counts = (min(FEW, sessions // 2), sessions)
+    medians = []
+    for stored, count in zip((0, counts[0]), counts, strict=True):
+        _fill(url, engine, stored, count)
+        with served(url) as service:
+            medians.append(_hot_paths(service))
+    few, many = medians
+    flat = {path: many[path] <= MOST_GROWTH * few[path] for path in few}
+    lines = [
+        (path, f"{1e3 * few[path]:.1f} ms", f"{1e3 * many[path]:.1f} ms", "flat" if flat[path] else "GROWS")
+        for path in few
+    ]
+    header = ("path, median", *(f"{count:,} sessions" for count in counts), "")
+    show(Console(), f"bench load: {engine}", header, lines, markdown=markdown)
+    return all(flat.values())
+
+
+def _hot_paths(service: str) -> dict[str, float]:
+    """Median of each request, s; on a machine that a hundredth of all sessions were on."""
+    connection = Connection(service)
+    (old,) = json.loads(connection.ask("GET", "/sessions?machine_id=copy-0&limit=1"))
+    body = {name: old[name] for name in ("machine_id", "catalogue_id")}
+    session = connection.post("/sessions", body)["id"]
+    path = f"/sessions/{session}"
+    for run in runs():
+        connection.post(f"{path}/runs", run)
+    correction = connection.post(f"{path}/corrections", {"source": "fit"})["id"]
+    # A source of this round's own: its numbers were not sent before.
+    connection.ask("PUT", f"/sources/{session}", json.dumps({"machine_id": old["machine_id"]}).encode())
+    single = iter(bodies(session, 2 * REPEATS, 1))
+    paths: dict[str, Callable[[], object]] = {
+        "POST sessions": lambda: connection.post("/sessions", body),
+        "GET sessions": lambda: connection.ask("GET", "/sessions?limit=50"),
+        "GET sessions of a machine": lambda: connection.ask("GET", "/sessions?machine_id=copy-0&limit=50"),
+        "GET session": lambda: connection.ask("GET", f"/sessions/{old['id']}"),
+        "GET session/now": lambda: connection.ask("GET", f"{path}/now"),
+        "POST plan": lambda: connection.post(f"{path}/plans", {"correction_id": correction, **PLAN}),
+        "POST one reading": lambda: connection.ask("POST", "/readings", next(single)),
+        "POST run": lambda: connection.post(f"{path}/runs", runs()[0]),
+    }
+    try:
+        return {name: timed(call, repeats=REPEATS, warm_up=3)[0] for name, call in paths.items()}
+    finally:
+        connection.close()
+
+
+def _fill(url: str, engine: str, stored: int, count: int) -> None:
+    database = Database(url)
+    closed = {"id": _COPY, "machine_id": _ON_MACHINE, "state": "'closed'", "created_at": _EARLIER[engine]}
+    try:
+        with database.engine.begin() as connection:
+            query = text("SELECT session_id FROM plan WHERE id NOT LIKE '%-%' ORDER BY id LIMIT 1")
+            template = connection.execute(query).scalar_one()
+            if not stored:
+                name = "'copy ' || CAST(i AS TEXT)"
+                _copy(connection, "machine", {"id": _COPY, "name": name}, "id", _machine_of(connection), 0, MACHINES)
+            _copy(connection, "session", closed, "id", template, stored, count)
+            for part in ("run", "correction", "plan"):
+                _copy(connection, part, _PART, "session_id", template, stored, count)
+        with database.engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
+            connection.exec_driver_sql("ANALYZE")  # as PostgreSQL does by itself, in its own time
+    finally:
+        database.close()
+
+
+def _machine_of(connection: SqlConnection) -> str:
+    return str(connection.execute(text("SELECT id FROM machine LIMIT 1")).scalar_one())
+
+
+def _copy(
+    connection: SqlConnection, table: str, changes: dict[str, str], key: str, value: str, first: int, last: int
+) -> None:
+    """Rows of a table whose key has this value, copied once for each number; the fifth and later plans are not."""
+    names = [column.name for column in Base.metadata.tables[table].columns]
+    chosen = ", ".join(changes.get(name, name) for name in names)
+    few = "" if table != "plan" else " AND number <= 4"
+    connection.execute(
+        text(
+            f"INSERT INTO {table} ({', '.join(names)}) "  # noqa: S608 - names of our own tables
+            f"WITH RECURSIVE n(i) AS (SELECT {first} UNION ALL SELECT i + 1 FROM n WHERE i + 1 < {last}) "
+            f"SELECT {chosen} FROM {table}, n WHERE {table}.{key} = :value{few}"
+        ),
+        {"value": value},
+    )
