@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: setup demo test check lint types layers unit audit fuzz lock clean
+.PHONY: setup demo test check lint types layers unit audit fuzz chaos lock clean
 
 setup: $(STAMP)
 
@@ -38,6 +38,11 @@ unit: setup
 # Known vulnerabilities of the pinned dependencies; what could not be looked up is told as not checked (status 2).
 audit: setup
 	$(BIN)/python -m tests.audit
+
+# A short campaign of faults on both engines; `drumtrue chaos --help` for a long one.
+chaos: setup
+	$(BIN)/drumtrue chaos --kills 2 --others 1
+	$(BIN)/drumtrue chaos --kills 1 --others 1 --engine postgresql --replicas 2
 
 # The API document with many more requests than the suite tries: about 20 minutes.
 fuzz: setup

