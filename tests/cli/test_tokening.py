@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
+import socket
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-import httpx2
 import pytest
+from fastapi.testclient import TestClient
 from typer.testing import CliRunner
 
+from service.app import create_app
 from service.cli import app
+from service.cli.serving import serve_until_stopped
 from service.cli.tokening import expiry
 from service.errors import Conflict, InvalidInput, NotFound
+from service.settings import Settings
 
 TOKEN = re.compile(r"dt_[0-9a-z]{8}_[0-9a-z]{32}")
 NOW = datetime(2026, 3, 1, tzinfo=UTC)
@@ -79,25 +80,28 @@ def test_times_in_words() -> None:
     assert expiry("2027-01-31T12:00+02:00", NOW) == datetime(2027, 1, 31, 10, tzinfo=UTC)
 
 
-def test_beyond_this_machine_it_starts_only_with_a_token(url: str, tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "service", "serve", "--host", "0.0.0.0", "--port", "0", "--database-url", url]
-    refused = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    assert refused.returncode == 1
-    assert "no token was created" in refused.stderr
-    assert "drumtrue token create" in refused.stderr
+def test_beyond_this_machine_it_starts_only_with_a_token(url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.cli.serving.signal.signal", lambda *_: None)
+    started: list[Settings] = []
+
+    class Server:
+        def run(self, sockets: list[socket.socket]) -> None:
+            assert sockets[0].getsockname()[0] == "0.0.0.0"
+
+    def server(settings: Settings, *_: object, **__: object) -> Server:
+        started.append(settings)
+        return Server()
+
+    monkeypatch.setattr("service.cli.serving._server", server)
+    with pytest.raises(Conflict, match="no token was created") as refused:
+        serve_until_stopped("0.0.0.0", 0, url)
+    assert "drumtrue token create" in (refused.value.advice or "")
+    assert started == []
     token = ran("token", "create", "tablet", "--scope", "read", "--quiet", "--database-url", url).strip()
-    with (tmp_path / "errors").open("w") as errors:
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True, env=environment)
-    try:
-        assert process.stdout is not None
-        port = process.stdout.readline().partition(" (")[0].rpartition(":")[2]
-        with httpx2.Client(base_url=f"http://127.0.0.1:{port}", timeout=30) as client:
-            assert client.get("/health").status_code == 200
-            assert client.get("/api/v1/machines").status_code == 401
-            answer = client.get("/api/v1/machines", headers={"authorization": f"Bearer {token}"})
-            assert (answer.status_code, answer.json()) == (200, [])
-    finally:
-        process.kill()
-        process.communicate()
-    assert token not in (tmp_path / "errors").read_text()
+    serve_until_stopped("0.0.0.0", 0, url)
+    assert not started[0].loopback
+    with TestClient(create_app(started[0])) as client:
+        assert client.get("/health").status_code == 200
+        assert client.get("/api/v1/machines", headers={"host": "localhost"}).status_code == 401
+        answer = client.get("/api/v1/machines", headers={"authorization": f"Bearer {token}"})
+        assert (answer.status_code, answer.json()) == (200, [])
