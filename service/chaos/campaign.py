@@ -123,7 +123,7 @@ class _Site:
 
     def _impossible(self) -> dict[str, str]:
         """Faults that cannot be done here, and why."""
-        found = {}
+        found: dict[str, str] = {}
         if self.server is None:
             found |= dict.fromkeys(("cut", "restart"), "SQLite has no server")
         else:
