@@ -16,6 +16,7 @@ from service.errors import DrumtrueError
 from service.web import numbers
 from service.web.language import N_, translations
 from service.web.units import Unit
+from service.web.wording import words
 
 MOST_FIELDS = 4000
 LONGEST = 20_000
@@ -58,9 +59,10 @@ class Form:
         found = translations(self.language).gettext(message)
         self.errors.setdefault(name, found % values if values else found)
 
-    def refused(self, error: DrumtrueError, words: str | None = None) -> None:
+    def refused(self, error: DrumtrueError) -> None:
         """Put what a use case refuses beside the field that it names, else above the form."""
-        text = words or " ".join(part for part in (_sentence(error.message), _sentence(error.advice or "")) if part)
+        told = (_sentence(words(part or "", self.language)) for part in (error.message, error.advice))
+        text = " ".join(part for part in told if part)
         self.errors.setdefault(error.field if error.field in self.values else "", text)
 
     # ------------------------------------------------------------ reading

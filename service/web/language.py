@@ -17,6 +17,20 @@ def N_(text: str) -> str:  # noqa: N802
 
 
 @cache
+def messages(language: str) -> dict[str, str]:
+    """Every text of the catalogue of a language with its translation, texts with a plural left out."""
+    path = LOCALES / language / "LC_MESSAGES" / f"{DOMAIN}.po"
+    if not path.is_file():
+        return {}
+    # Imported here: the service starts without them.
+    from babel.messages.pofile import read_po
+
+    with path.open("rb") as text:
+        found = read_po(text, locale=language)
+    return {m.id: str(m.string) for m in found if isinstance(m.id, str) and m.id and m.string}
+
+
+@cache
 def translations(language: str) -> gettext.NullTranslations:
     """The catalogue of a language, read once; texts as written for English."""
     path = LOCALES / language / "LC_MESSAGES" / f"{DOMAIN}.po"

@@ -61,11 +61,12 @@ def error_page(request: Request, error: Exception) -> Response:
     elif type(error).__name__ in ("RequestValidationError", "ValidationError"):
         status = 422
     deliberate = isinstance(error, DrumtrueError)
-    return Page(request).render(
+    page = Page(request)
+    return page.render(
         "problem.html",
         status=status,
         title=TITLES.get(status, UNKNOWN),
-        detail=error.message if isinstance(error, DrumtrueError) else None,
-        advice=(error.advice if isinstance(error, DrumtrueError) else None)
+        detail=page.words(error.message) if isinstance(error, DrumtrueError) else None,
+        advice=(page.words(error.advice) if isinstance(error, DrumtrueError) and error.advice else None)
         or (None if deliberate else ADVICE.get(status, UNKNOWN_ADVICE)),
     )

@@ -6,6 +6,8 @@ translated.
 
 from __future__ import annotations
 
+import ast
+from collections.abc import Iterator
 from pathlib import Path
 
 from babel.messages.catalog import Catalog
@@ -15,6 +17,20 @@ from babel.messages.pofile import read_po, write_po
 from service.web.language import DOMAIN, LOCALES
 
 ROOM = LOCALES.parent
+ROOT = ROOM.parents[1]
+TOLD = (
+    "service/balancing/diagnosis/*.py",
+    "service/balancing/trial_mass.py",
+    "service/usecases/live.py",
+    "service/usecases/stops.py",
+    "service/usecases/states.py",
+    "service/usecases/quality.py",
+    "service/usecases/holding.py",
+    "service/usecases/stock.py",
+    "service/usecases/machines.py",
+)
+SHORTEST = 19
+"""Shorter texts are codes and names."""
 METHODS = [("templates/**.html", "jinja2"), ("**.py", "python")]
 KEYWORDS = {"_": None, "gettext": None, "ngettext": (1, 2), "N_": None}
 OPTIONS = {"templates/**.html": {"extensions": "jinja2.ext.do", "trimmed": "true", "silent": "false"}}
@@ -35,7 +51,43 @@ def extracted() -> Catalog:
     found = Catalog(charset="utf-8")
     for name, line, message, _comments, context in extract_from_dir(ROOM, METHODS, OPTIONS, KEYWORDS):
         found.add(message, None, [(Path(name).as_posix(), line)], context=context)
+    for text in said_by_use_cases():
+        found.add(text)
     return found
+
+
+def said_by_use_cases() -> Iterator[str]:
+    """What use cases say to a reader: every sentence in the modules of TOLD, {0}, {1} ... where values stand in it."""
+    for pattern in TOLD:
+        for path in sorted(ROOT.glob(pattern)):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                for value in _said(node):
+                    text = _sentence(value)
+                    if " " in text and len(text) >= SHORTEST:
+                        yield text
+
+
+def _said(node: ast.AST) -> Iterator[ast.expr]:
+    """Expressions that may be a text for somebody: arguments, what is returned or assigned; no docstrings."""
+    if isinstance(node, ast.Call):
+        yield from node.args
+        yield from (keyword.value for keyword in node.keywords)
+    elif isinstance(node, ast.Return | ast.Assign) and node.value is not None:
+        yield node.value
+
+
+def _sentence(value: ast.expr) -> str:
+    if isinstance(value, ast.Constant) and isinstance(value.value, str):
+        return value.value
+    if not isinstance(value, ast.JoinedStr):
+        return ""
+    text, count = "", 0
+    for part in value.values:
+        if isinstance(part, ast.Constant):
+            text += str(part.value)
+        else:
+            text, count = text + f"{{{count}}}", count + 1
+    return text
 
 
 def path_of(language: str) -> Path:

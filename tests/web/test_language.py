@@ -9,6 +9,7 @@ import pytest
 
 from service.web import numbers
 from service.web.preferences import LANGUAGES, Preferences
+from service.web.wording import words
 from tests.web.catalogue import extracted, stored, untranslated
 
 OTHERS = sorted(set(LANGUAGES) - {"en"})
@@ -111,3 +112,12 @@ def test_no_text_is_put_together_from_pieces_with_format_signs_left_over() -> No
         for text in texts(message.id):
             assert "%" not in re.sub(r"%\(\w+\)[sd]|%%| %", "", text), text
             assert all(name is None or name.isdigit() or name == "" for _, name, _, _ in string.Formatter().parse(text))
+
+
+def test_what_use_cases_say_is_translated_with_its_values() -> None:
+    said = "the phase varies by 12 degrees, 5 is steady"
+    assert words(said, "en") == "The phase varies by 12 degrees, 5 is steady"
+    assert words(said, "de") == "Die Phase schwankt um 12 Grad, ruhig sind 5"
+    assert words("the phase of plane 2 wanders by 1.5 degrees", "de") == "Die Phase von Ebene 2 wandert um 1,5 Grad"
+    assert words("nothing the catalogue knows {0}", "de") == "Nothing the catalogue knows {0}"
+    assert words("", "de") == ""
