@@ -91,7 +91,7 @@ def changes_last(label: str) -> tuple[bool, str]:
     return label.startswith("PATCH"), label
 
 
-LABELS: list[str] = sorted(OPERATIONS, key=changes_last)
+LABELS: list[str] = sorted(map(str, OPERATIONS), key=changes_last)
 
 
 @pytest.mark.parametrize("label", LABELS)
