@@ -25,6 +25,7 @@ from db.rows import (
     LoginRow,
     MachineRow,
     PlanRow,
+    ReadingMinuteRow,
     ReadingRow,
     RunRow,
     SessionRow,
@@ -209,8 +210,11 @@ class Store:
 
     def highest_sequence(self, kind: type[ReadingRow | BalancerAnswerRow], source: str) -> int:
         """The highest number stored of a source; -1 for none."""
-        highest = self._session.scalar(select(func.max(kind.sequence)).where(kind.source == source))
-        return -1 if highest is None else int(highest)
+        highest = [self._session.scalar(select(func.max(kind.sequence)).where(kind.source == source))]
+        if kind is ReadingRow:
+            rolled = select(func.max(ReadingMinuteRow.last_sequence)).where(ReadingMinuteRow.source == source)
+            highest.append(self._session.scalar(rolled))
+        return max((int(found) for found in highest if found is not None), default=-1)
 
     def answers(self, machine_id: str, session_id: str, limit: int, offset: int) -> Sequence[BalancerAnswerRow]:
         """Balancers' answers on a machine for a session, or for none; newest first."""
@@ -236,6 +240,38 @@ class Store:
             )
             .order_by(ReadingRow.sequence)
         ).all()
+
+    # ------------------------------------------------------------ raw readings that grow old
+    def sources_of_readings(self) -> Sequence[str]:
+        """Names of all sources that raw readings are stored of."""
+        return self._session.scalars(select(ReadingRow.source).distinct()).all()
+
+    def oldest_reading(self, source: str) -> datetime | None:
+        """When the oldest raw reading of a source was taken."""
+        query = select(ReadingRow.taken_at).where(ReadingRow.source == source)
+        return self._session.scalar(query.order_by(ReadingRow.taken_at).limit(1))
+
+    def readings_before(self, source: str, until: datetime) -> Sequence[ReadingRow]:
+        """Raw readings of a source from before a moment."""
+        query = select(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until)
+        return self._session.scalars(query).all()
+
+    def roll_up(self, source: str, until: datetime, readings: int, minutes: list[dict[str, Any]]) -> None:
+        """Remove raw readings of a source from before a moment, and store what is left of them."""
+        self._session.execute(insert(ReadingMinuteRow), minutes)
+        self._session.execute(delete(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until))
+        if self._history is not None:
+            changes = {"rolled_up_before": [None, until.isoformat()], "readings": [readings, 0]}
+            self._history.note("changed", "source", source, changes)
+
+    def rolled_up_between(self, source: str, since: datetime, until: datetime) -> datetime | None:
+        """The first minute between two times of which a source's raw readings were removed."""
+        query = select(ReadingMinuteRow.minute).where(
+            ReadingMinuteRow.source == source,
+            ReadingMinuteRow.minute >= since.replace(second=0, microsecond=0),
+            ReadingMinuteRow.minute <= until,
+        )
+        return self._session.scalar(query.order_by(ReadingMinuteRow.minute).limit(1))
 
     # ------------------------------------------------------------ stock
     def open_stock(self, catalogue_id: str, items: Sequence[int]) -> None:

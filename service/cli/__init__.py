@@ -147,6 +147,39 @@ def verify(
 
 
 @app.command()
+def backup(
+    file: Annotated[Path, typer.Argument(dir_okay=False, help="New file, an SQLite database whatever the engine.")],
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Write all that is stored, as of one moment, to a file; the service may go on meanwhile."""
+    from service.cli.storing import back_up_to
+
+    back_up_to(file, database_url)
+
+
+@app.command()
+def restore(
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A file that `drumtrue backup` wrote.")],
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Put a backup into an empty database, of either engine."""
+    from service.cli.storing import restore_from
+
+    restore_from(file, database_url)
+
+
+@app.command()
+def retain(
+    days: Annotated[int, typer.Option(min=1, help="Days for which raw readings are kept.")],
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Roll up older raw readings, one row a source, sensor and minute; what runs took of them stays."""
+    from service.cli.storing import retain_for
+
+    retain_for(days, database_url)
+
+
+@app.command()
 def solve(
     file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A session log, as GET /sessions/ID/log.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,

@@ -35,6 +35,15 @@ def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunRe
         raise InvalidInput(
             "the first moment lies after the last", field="take.from", value=str(take.since), advice="swap from and to"
         )
+    gone = store.rolled_up_between(take.source, take.since, take.until)
+    if gone is not None:
+        raise Conflict(
+            f"raw readings of source {take.source!r} at {gone.isoformat()} were rolled up and are not kept any more",
+            code="readings_rolled_up",
+            field="take.from",
+            value=take.since.isoformat(),
+            advice="take from later times; runs that were taken before keep their readings",
+        )
     rows = [
         row
         for row in store.readings_between(take.source, session.machine_id, take.since, take.until)

@@ -1,0 +1,149 @@
+"""A backup is an SQLite file with the tables of Drumtrue, whatever the engine it was taken from.
+
+From SQLite it is taken by SQLite's own online backup, from PostgreSQL row by row in one REPEATABLE READ snapshot: each
+sees one moment and holds nobody up. No program of the server's version is needed (pg_dump must be as new as its
+server), the file can be looked into, and it goes back into either engine.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import tempfile
+from collections.abc import Iterable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, Engine, MetaData, Table, Text, func, insert, select, text
+
+from db import migrate
+from db.database import Database
+from db.rows import Base
+from db.types import Document
+
+BATCH = 1_000
+"""Rows in memory at once."""
+
+
+class NotEmpty(Exception):
+    """The database that was to be restored holds rows; the message names the first table that does."""
+
+
+def back_up(database: Database, path: Path) -> dict[str, int]:
+    """Write the database as of one moment to a new file; rows of each table. Raises FileExistsError, OSError.
+
+    Until it is whole the file has another name, so that what bears the name is a backup.
+    """
+    if path.exists():
+        raise FileExistsError(path)
+    unfinished = path.with_name(path.name + ".unfinished")
+    unfinished.unlink(missing_ok=True)
+    try:
+        if database.embedded:
+            _copy_file(database.engine, unfinished)
+        else:
+            _copy_rows_out(database, unfinished)
+        rows = _counted(unfinished)
+        unfinished.rename(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+    return rows
+
+
+def restore(path: Path, database: Database) -> dict[str, int]:
+    """Put the rows of a backup into a database of this version that holds none; rows of each table.
+
+    The file is left as it is: one of an older version is brought up to date in a copy. All or nothing is stored.
+    Raises NotEmpty.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Database(f"sqlite:///{Path(folder) / 'copy.db'}")
+        try:
+            return _restore(path, copy, database)
+        finally:
+            copy.close()
+
+
+def _restore(path: Path, copy: Database, database: Database) -> dict[str, int]:
+    with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as source, copy.engine.connect() as held:
+        source.backup(_driver(held))
+    migrate.upgrade(copy)
+    engine = database.engine.execution_options(begin="IMMEDIATE")
+    with copy.engine.connect() as source_rows, engine.begin() as target:
+        return _copy_rows_in(source_rows, target)
+
+
+def _copy_file(engine: Engine, path: Path) -> None:
+    with closing(sqlite3.connect(path)) as target, engine.connect() as held:
+        # In one step: in several it would begin again whenever another process has written.
+        _driver(held).backup(target, pages=-1)
+        target.execute("PRAGMA journal_mode=DELETE")  # one file, without a log beside it
+
+
+def _copy_rows_out(database: Database, path: Path) -> None:
+    target = Database(f"sqlite:///{path}")
+    snapshot = database.engine.execution_options(isolation_level="REPEATABLE READ")
+    try:
+        migrate.upgrade(target, migrate.present_revision(database) or "base")
+        with snapshot.connect() as source, target.engine.begin() as rows:
+            source.execute(text("SET TRANSACTION READ ONLY"))
+            _copy(source, rows)
+        with target.engine.connect() as connection:
+            connection.execution_options(isolation_level="AUTOCOMMIT")
+            _driver(connection).execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            _driver(connection).execute("PRAGMA journal_mode=DELETE")
+    finally:
+        target.close()
+
+
+def _copy_rows_in(source: Connection, target: Connection) -> dict[str, int]:
+    for table in _plain_tables():
+        if target.execute(select(table).limit(1)).first() is not None:
+            raise NotEmpty(table.name)
+    copied = _copy(source, target)
+    if target.dialect.name == "postgresql":
+        for table in _plain_tables():
+            _count_on(target, table)
+    return copied
+
+
+def _copy(source: Connection, target: Connection) -> dict[str, int]:
+    copied = {}
+    for table in _plain_tables():
+        copied[table.name] = 0
+        found = source.execution_options(yield_per=BATCH).execute(select(table))
+        for batch in found.mappings().partitions():
+            target.execute(insert(table), [dict(row) for row in batch])
+            copied[table.name] += len(batch)
+    return copied
+
+
+def _plain_tables() -> Iterable[Table]:
+    """The tables, parents first, documents as the text they are: a backup judges none."""
+    plain = MetaData()
+    for table in Base.metadata.sorted_tables:
+        mine = table.to_metadata(plain)
+        for column in mine.columns:
+            if isinstance(column.type, Document):
+                column.type = Text()
+    return plain.sorted_tables
+
+
+def _count_on(target: Connection, table: Table) -> None:
+    """Let a key that PostgreSQL numbers go on after the highest that was put in."""
+    (key, *more) = table.primary_key.columns
+    if not more and key.autoincrement is True:
+        sequence = func.pg_get_serial_sequence(table.name, key.name)
+        highest = select(func.max(key)).scalar_subquery()
+        target.execute(select(func.setval(sequence, func.coalesce(highest, 1), highest.is_not(None))))
+
+
+def _counted(path: Path) -> dict[str, int]:
+    with closing(sqlite3.connect(path)) as connection:
+        names = [table.name for table in Base.metadata.sorted_tables]
+        return {n: connection.execute(f"SELECT count(*) FROM {n}").fetchone()[0] for n in names}  # noqa: S608
+
+
+def _driver(connection: Connection) -> Any:
+    """sqlite3's own connection."""
+    return connection.connection.driver_connection
