@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from service.balancing.checks import validate
-from service.balancing.exact import ExactState, Stop, exact_result, last_state, search_exact
+from service.balancing.exact import ExactState, Stop, exact_result, last_state, search_exact, solve_exact
 from service.balancing.infeasible import explain_limit
 from service.balancing.objectives import evaluate, residual
 from service.balancing.placements import result_of, slots, vectors_of
@@ -47,12 +47,13 @@ def best_selections(problem: SelectionProblem, many: int, *, stop: Stop = lambda
 def front(problem: SelectionProblem, *, stop: Stop = lambda: False) -> Iterator[FrontPoint]:
     """Yield the best selection of at most 0, 1, 2 .. pieces, as long as one more piece makes it better.
 
-    Ends after the point that the whole problem's optimum belongs to, or at `stop()`; a point that was stopped carries
+    Ends with the point that the whole problem's optimum belongs to, or at `stop()`; a point that was stopped carries
     its own bound and status.
     """
     validate(problem)
     total = most_pieces(problem)
     last: SelectionResult | None = None
+    optimum: SelectionResult | None = None
     for pieces in range(total + 1):
         start = None if last is None else last.pieces
         state = last_state(search_exact(problem, start=start, most_pieces=pieces), lambda _: stop())
@@ -60,7 +61,12 @@ def front(problem: SelectionProblem, *, stop: Stop = lambda: False) -> Iterator[
         if last is None or result.value < last.value * (1.0 - SAME):
             yield FrontPoint(pieces, result)
             last = result
+        elif optimum is None and pieces < total:
+            # More pieces did not help: is there anything left to find?
+            optimum = solve_exact(problem, start=last.pieces, stop=stop)
         if stop() or result.status != "optimal":
+            return
+        if optimum is not None and optimum.status == "optimal" and last.value <= optimum.value * (1.0 + SAME):
             return
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,10 @@ from service.balancing.sums import Placements
 
 ROUNDS = 60
 """Changes at most; ten are usual."""
+SLOTS = 40
+"""Pieces a plane that are looked at, where it takes more."""
+AT_ONCE = 10_000
+"""Changes of one slot that are rated between two stops."""
 BETTER = 1e-9
 
 
@@ -21,6 +26,8 @@ def descend(
     problem: SelectionProblem, placements: list[Placements], selection: Selection, most: int | None
 ) -> Iterator[Selection | None]:
     """Yield ever better selections of at most `most` pieces in all, until no single change helps; None between."""
+    longest = max(SLOTS, *map(len, selection))
+    placements = [replace(placed, most=min(placed.most, longest)) for placed in placements]
     rows = [_row(placed, pieces) for placed, pieces in zip(placements, selection, strict=True)]
     value = float(evaluate(problem.objective, vectors_of(problem, selection)))
     for _ in range(ROUNDS):
@@ -29,13 +36,15 @@ def descend(
             for slot in range(placed.most):
                 if slot and (rows[p][slot - 1 : slot + 1] == placed.none).all():
                     break  # further empty slots are all alike
-                index = np.repeat(rows[p][None, :], placed.none + 1, axis=0)
-                index[:, slot] = np.arange(placed.none + 1)
-                values = _values(problem, placements, rows, p, index, most)
-                pick = int(values.argmin())
-                if values[pick] < (value if best is None else best[0]) * (1.0 - BETTER):
-                    best = (float(values[pick]), p, np.sort(index[pick]))
-                yield None
+                for cut in range(0, placed.none + 1, AT_ONCE):
+                    tried = np.arange(cut, min(cut + AT_ONCE, placed.none + 1))
+                    index = np.repeat(rows[p][None, :], len(tried), axis=0)
+                    index[:, slot] = tried
+                    values = _values(problem, placements, rows, p, index, most)
+                    pick = int(values.argmin())
+                    if values[pick] < (value if best is None else best[0]) * (1.0 - BETTER):
+                        best = (float(values[pick]), p, np.sort(index[pick]))
+                    yield None
         if best is None:
             return
         value, p, row = best

@@ -19,16 +19,18 @@ from service.balancing.descent import descend
 from service.balancing.joint import PlaneList, combine, combine_up_to
 from service.balancing.objectives import evaluate
 from service.balancing.opened import Opened, opened
-from service.balancing.placements import Selection, effective_g, result_of, vectors_of
+from service.balancing.placements import Selection, effective_g, result_of, slots, vectors_of
 from service.balancing.record import TIE, Record
-from service.balancing.region import Bounds, Ellipsoid, bounds_of, ellipsoid, greatest
-from service.balancing.selection import SelectionProblem, SelectionResult, Status
+from service.balancing.region import Bounds, Ellipsoid, bounds_of, ellipsoid
+from service.balancing.selection import UNLIMITED, SelectionProblem, SelectionResult, Status
 from service.balancing.sums import Halves, Sums, halves_of, near, placements_of
 
 Stop = Callable[[], bool]
 
 LARGEST_HALF = 5_000_000
 """Halves that one plane may list: 200 MB."""
+MOST_PAIRS = 300_000
+"""Pairs of position and stock item of a plane that are listed; of a longer box only some items are searched."""
 LARGEST_LIST = 1_000_000
 """Selections of one plane that one level may list; beyond that the search ends with what is proved."""
 FEW = 4
@@ -77,13 +79,15 @@ class ExactState:
 class _Search:
     """What the steps of one search share."""
 
-    def __init__(self, whole: Opened, start: Selection | None, most: int | None, keep: int, good_enough: float) -> None:
+    def __init__(
+        self, whole: Opened, scale: float, start: Selection | None, most: int | None, keep: int, good_enough: float
+    ) -> None:
         self.whole = whole
         self.problem = whole.problem
         self.most = most
         self.evaluations = 0
         empty: Selection = tuple(() for _ in self.problem.planes)
-        self.record = Record(keep, self._value(empty), good_enough)
+        self.record = Record(keep, max(scale, self._value(empty)), good_enough)
         self.values_count = good_enough <= 0.0
         self.offer(empty)
         if start is not None:
@@ -129,16 +133,18 @@ def search_exact(
     Raises NumericsError for an invalid problem.
     """
     validate(problem)
-    search = _Search(opened(problem), start, most_pieces, keep, good_enough)
-    if not search.problem.planes or most_pieces == 0:
-        yield search.state(proved=True)
+    whole = opened(problem)
+    if not whole.problem.planes or most_pieces == 0:
+        yield _Search(whole, 0.0, None, most_pieces, keep, good_enough).state(proved=True)
         return
-    bounds = bounds_of(search.problem)
+    bounds = bounds_of(whole.problem)
+    whole = whole.thinned(MOST_PAIRS, start)
+    search = _Search(whole, bounds.unit, start, most_pieces, keep, good_enough)
     search.floor = bounds.floor
     yield search.state()
     if bounds.dual is not None:
         yield from _descend(search)
-    most = max(placements_of(plane, search.problem.stock, most_pieces).most for plane in search.problem.planes)
+    most = max(min(slots(p, search.problem.stock), most_pieces or UNLIMITED) for p in search.problem.planes)
     quick = most > FEW and (yield from _levels(search, bounds, FEW))
     if (yield from _levels(search, bounds, None)):
         return
@@ -154,8 +160,8 @@ def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[Exac
     Only the search of everything (None) proves, and only where its halves are complete.
     """
     halves = yield from _halves(search, rung)
-    complete = rung is None and all(h.complete for h in halves)
-    ceiling = greatest(bounds)
+    complete = rung is None and search.whole.items is None and all(h.complete for h in halves)
+    ceiling = bounds.unit
     highest = min(search.record.cap, ceiling)
     if math.prod(half.selections for half in halves) <= AT_ONCE:
         level = highest
@@ -230,7 +236,9 @@ def _search_level(
         if not found:
             return True
         sums = Sums(np.concatenate([s.index for s in found]), np.concatenate([s.vector for s in found]))
+        yield search.state()
         lists.append(PlaneList.of(sums, half.placements, plane.fixed))
+        yield search.state()
     joints = combine(lists, region) if search.most is None else combine_up_to(lists, region, search.most)
     for joint in joints:
         values = evaluate(search.problem.objective, joint.vectors)

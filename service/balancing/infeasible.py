@@ -15,6 +15,8 @@ from service.balancing.region import bounds_of
 from service.balancing.selection import UNLIMITED, SelectionPlane, SelectionProblem, SelectionResult, Stock
 
 SAME = 1e-9
+MOST_BOUGHT = 100
+"""Pieces a plane that more of every mass would add at most."""
 MOST_TOLD = 12
 """Changes that a reason lists."""
 
@@ -86,7 +88,8 @@ def _bought(problem: SelectionProblem, limit: float, stop: Stop) -> tuple[list[s
     More of every mass first: where that does not help, no single piece of a long box does.
     """
     stock = problem.stock
-    ample = replace(problem, stock=_unlimited(stock))
+    now = 1 + sum(min(slots(plane, stock), MOST_BOUGHT) for plane in problem.planes)
+    ample = replace(problem, stock=replace(stock, counts=np.minimum(stock.counts, UNLIMITED - now) + now))
     scarce = np.flatnonzero(stock.counts < sum(slots(plane, ample.stock) for plane in problem.planes))
     enough = _meets(ample, limit, stop) if scarce.size else False
     if not enough:
@@ -134,10 +137,6 @@ def _one_more(pieces: int) -> int:
 def _room(plane: SelectionPlane) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
     more = (plane.capacity > 0) & (plane.capacity < UNLIMITED)
     return np.asarray(plane.capacity + more, dtype=np.int64)
-
-
-def _unlimited(stock: Stock) -> Stock:
-    return replace(stock, counts=np.full(stock.counts.shape, UNLIMITED))
 
 
 def _any_masses(problem: SelectionProblem) -> float:

@@ -115,7 +115,11 @@ def combine(lists: list[PlaneList], region: Ellipsoid) -> Iterator[Joint]:
     if any(len(chosen.vector) == 0 for chosen in lists):
         return
     order = np.argsort([len(chosen.vector) for chosen in lists], kind="stable")
-    steps = [_step(lists, region, order[: d + 1]) for d in range(1, len(order))]
+    nothing = Joint(lists, np.empty((0, len(lists)), np.int64), np.empty((0, len(lists)), np.complex128))
+    steps = []
+    for d in range(1, len(order)):
+        steps.append(_step(lists, region, order[: d + 1]))
+        yield nothing
     start = np.arange(len(lists[order[0]].vector))[:, None]
     for rows in _extend(lists, region, order, steps, start):
         back = np.empty_like(rows)
@@ -126,10 +130,29 @@ def combine(lists: list[PlaneList], region: Ellipsoid) -> Iterator[Joint]:
 
 def combine_up_to(lists: list[PlaneList], region: Ellipsoid, most: int) -> Iterator[Joint]:
     """As `combine`, with at most `most` pieces in all planes together: every split of them by itself."""
-    by_pieces = [[chosen.only(k) for k in range(most + 1)] for chosen in lists]
-    for split in np.ndindex(*(most + 1 for _ in lists)):
-        if sum(split) <= most:
-            yield from combine([parts[k] for parts, k in zip(by_pieces, split, strict=True)], region)
+    nothing = Joint(lists, np.empty((0, len(lists)), np.int64), np.empty((0, len(lists)), np.complex128))
+    by_pieces: list[list[PlaneList]] = []
+    for chosen in lists:
+        longest = int(chosen.pieces.max(initial=0))
+        by_pieces.append([])
+        for k in range(min(most, longest) + 1):
+            by_pieces[-1].append(chosen.only(k))
+            yield nothing
+    for split in _splits(by_pieces, most):
+        yield nothing
+        yield from combine(split, region)
+
+
+def _splits(by_pieces: list[list[PlaneList]], most: int) -> Iterator[list[PlaneList]]:
+    """A list of each plane, of at most `most` pieces together, where none is empty."""
+    if not by_pieces:
+        yield []
+        return
+    first, *rest = by_pieces
+    for k, chosen in enumerate(first[: most + 1]):
+        if len(chosen.vector):
+            for others in _splits(rest, most - k):
+                yield [chosen, *others]
 
 
 def _step(lists: list[PlaneList], region: Ellipsoid, planes: IntArray) -> _Step:

@@ -26,7 +26,7 @@ class Columns:
         self.points = points
         low = complex(points.real.min(), points.imag.min()) if len(points) else 0j
         high = complex(points.real.max(), points.imag.max()) if len(points) else 0j
-        extent = max((high - low).real, (high - low).imag, 1e-9)
+        extent = max((high - low).real, (high - low).imag, 1e-150)
         self._low = low
         self._width = max(3.0 * radius, extent / max(np.sqrt(len(points)), 1.0))
         self._stride = 4.0 * (extent + radius)

@@ -31,6 +31,12 @@ SMOOTHING_STEP = 0.8
 SMALLEST_SMOOTHING = 1e-7
 SETTLED = 1e-6
 TINY = 1e-300
+SMALLEST_UNIT = 1e-200
+"""Objectives below this are as good as nothing; it divides them all the same."""
+NOTHING = 1e-30
+"""Part of the greatest value below which a residual is none."""
+THINNEST = 1e-14
+"""Smallest level, as a part of the greatest value: a thinner one is lost in the rounding of the sums."""
 MOST_CUTS = 60
 VOLUME_STEPS = 80
 VOLUME_SETTLED = 1e-3
@@ -59,8 +65,13 @@ class _Quadratics:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Lower bound of a problem's objective, and what `ellipsoid` needs. rows (G, k, n), offsets (G, k): weighted."""
+    """Lower bound of a problem's objective, and what `ellipsoid` needs.
 
+    unit: value that no selection exceeds; rows (G, k, n) and offsets (G, k) are weighted and divided by it, so that no
+    square of them is lost however small or large the objective is. floor: of the objective itself.
+    """
+
+    unit: float
     floor: float
     continuous: ComplexArray
     reach: Reach
@@ -74,20 +85,23 @@ def bounds_of(problem: SelectionProblem) -> Bounds:
     """Lower bound `floor` over everything that the planes can reach, and the `continuous` optimum (P,) in g."""
     reach = reach_of(problem)
     rows, offsets = _weighted_rows(problem.objective)
+    unit = max(_greatest(problem.objective.norm, rows, offsets, reach), SMALLEST_UNIT)
+    rows, offsets = rows / unit, offsets / unit
     flat, shift = rows.reshape(-1, rows.shape[2]), offsets.ravel()
     square = problem.objective.matrix.shape[0] == problem.objective.matrix.shape[1]
     if square and np.linalg.cond(flat) < WELL_CONDITIONED:
         x = np.asarray(np.linalg.solve(flat, -shift), dtype=np.float64)
         if reach.contains(_complex(x)):
-            return Bounds(0.0, _complex(x), reach, problem.objective.norm, rows, offsets, None)
+            return Bounds(unit, 0.0, _complex(x), reach, problem.objective.norm, rows, offsets, None)
     x, dual, floor = _continuous_optimum(problem.objective.norm, rows, offsets, reach)
-    return Bounds(floor, _complex(x), reach, problem.objective.norm, rows, offsets, dual)
+    return Bounds(unit, unit * floor, _complex(x), reach, problem.objective.norm, rows, offsets, dual)
 
 
 def ellipsoid(bounds: Bounds, z: float) -> Ellipsoid | None:
     """Ellipsoid of all x with Z(x) <= z; None where there is none."""
     if z < bounds.floor or z <= 0.0:
         return None
+    z = max(z / bounds.unit, THINNEST)
     if bounds.dual is None:
         flat = bounds.rows.reshape(-1, bounds.rows.shape[2])
         scale = len(bounds.rows) if bounds.norm == "max" else 1.0
@@ -117,14 +131,12 @@ def _discs(bounds: Bounds) -> Ellipsoid:
     return Ellipsoid(_real(bounds.reach.centre), np.diag(np.repeat(1.0 / (len(radius) * radius**2), 2)))
 
 
-def greatest(bounds: Bounds) -> float:
+def _greatest(norm: str, rows: FloatArray, offsets: FloatArray, reach: Reach) -> float:
     """Value that no selection exceeds."""
-    middle = np.sqrt(((bounds.rows @ _real(bounds.reach.centre) + bounds.offsets) ** 2).sum(axis=1))
-    spread = np.zeros(len(bounds.rows))
-    for p, radius in enumerate(bounds.reach.radius):
-        spread += radius * np.linalg.norm(bounds.rows[:, :, 2 * p : 2 * p + 2], ord=2, axis=(1, 2))
-    longest = middle + spread
-    return float(longest.max() if bounds.norm == "max" else longest.sum()) * (1.0 + SLACK)
+    longest = np.linalg.norm(rows @ _real(reach.centre) + offsets, axis=1)
+    for p, radius in enumerate(reach.radius):
+        longest = longest + radius * np.linalg.norm(rows[:, :, 2 * p : 2 * p + 2], ord=2, axis=(1, 2))
+    return float(longest.max() if norm == "max" else longest.sum()) * (1.0 + SLACK)
 
 
 def _weighted_rows(objective: Objective) -> tuple[FloatArray, FloatArray]:
@@ -156,7 +168,7 @@ def _continuous_optimum(
         x = _least_squares(weight, rows, offsets, reach, cuts)
         r = rows @ x + offsets
         length = np.sqrt((r**2).sum(axis=1))
-        longest = max(float(length.max()), TINY)
+        longest = max(float(length.max()), NOTHING)
         if norm == "max":
             value, y = longest, weight[:, None] * r / max(float(np.sqrt(weight @ length**2)), TINY)
             weight = weight * np.maximum(length / longest, TINY)
@@ -216,7 +228,7 @@ def _least_squares(
     scaled = (np.sqrt(weight)[:, None, None] * rows).reshape(-1, rows.shape[2])
     shift = (np.sqrt(weight)[:, None] * offsets).ravel()
     hessian = scaled.T @ scaled
-    hessian += 1e-12 * np.trace(hessian) * np.eye(len(hessian))
+    hessian += max(1e-12 * float(np.trace(hessian)), TINY) * np.eye(len(hessian))
     gradient = scaled.T @ shift
     x = np.asarray(np.linalg.solve(hessian, -gradient), dtype=np.float64)
     extra = np.array(cuts).reshape(len(cuts), len(x) + 1)
@@ -252,7 +264,7 @@ def _quadratics(bounds: Bounds, dual: FloatArray, z: float, longest: FloatArray)
     if bounds.norm in ("sum", "components"):
         flat = np.sqrt(1.0 / (longest * z))[:, None, None] * rows
         systems.append((flat.reshape(-1, rows.shape[2]), (np.sqrt(1.0 / (longest * z))[:, None] * offsets).ravel()))
-    left = z - bounds.floor + THIN * z
+    left = z - bounds.floor / bounds.unit + THIN * z
     systems.append(_turned_away(bounds, dual, left, longest))
     g = _complex(np.einsum("gk,gkn->n", dual, rows))
     least = bounds.reach.least(g)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +22,8 @@ EXTEND_CHUNK = 100_000
 """Halves extended between two stops."""
 SLAB = 75_000
 """Halves sorted at a time."""
+MOST_LISTED = 200
+"""Pieces a plane beyond which it is not even counted how many selections there are."""
 OVERSHOOT = 4
 """How many times the allowed length a list may have before its limits are applied."""
 
@@ -150,6 +151,8 @@ def halves_of(placements: Placements, largest: int) -> Generator[None, None, Hal
 
 def _many(placements: Placements, parity: int | None, most: int) -> float:
     """Bound how many selections of up to `most` pieces even, odd (parity 1) or all positions hold, box aside."""
+    if most > MOST_LISTED:
+        return math.inf
     counts = np.ones(1)
     for position, kinds in zip(*np.unique(placements.position[:-1], return_counts=True), strict=True):
         if parity is None or position % 2 == parity:
@@ -181,15 +184,20 @@ def _levels(placements: Placements, subset: IntArray, most: int, largest: int) -
     total = 1
     while len(levels) <= most and len(levels[-1]):
         parents = levels[-1]
-        start = np.searchsorted(subset, parents[:, -1]) if parents.shape[1] else np.zeros(len(parents), np.int64)
-        many = len(subset) - start
-        if total + int(many.sum()) > OVERSHOOT * largest:
+        start = np.zeros(len(parents), dtype=np.int64)
+        for cut in range(0, len(parents) if parents.shape[1] else 0, 4 * SLAB):
+            start[cut : cut + 4 * SLAB] = np.searchsorted(subset, parents[cut : cut + 4 * SLAB, -1])
+            yield
+        ends = np.cumsum(len(subset) - start)
+        if total + int(ends[-1]) > OVERSHOOT * largest:
             return levels
         found = []
-        for rows in _cuts(many, EXTEND_CHUNK):
-            of = np.repeat(np.arange(rows.start, rows.stop), many[rows])
-            step = np.arange(len(of)) - np.repeat(np.cumsum(many[rows]) - many[rows], many[rows])
-            index = np.concatenate([parents[of], subset[start[of] + step][:, None].astype(small)], axis=1)
+        chunk = 2 * EXTEND_CHUNK // (parents.shape[1] + 2)
+        for cut in range(0, int(ends[-1]), chunk):
+            child = np.arange(cut, min(cut + chunk, int(ends[-1])))
+            of = np.searchsorted(ends, child, side="right")
+            last = subset[child - ends[of] + len(subset)]
+            index = np.concatenate([parents[of], last[:, None].astype(small)], axis=1)
             found.append(index[placements.allowed(index)])
             yield
         level = np.concatenate(found) if found else np.empty((0, parents.shape[1] + 1), dtype=small)
@@ -198,12 +206,6 @@ def _levels(placements: Placements, subset: IntArray, most: int, largest: int) -
             return levels
         levels.append(level)
     return levels
-
-
-def _cuts(many: IntArray, chunk: int) -> list[slice]:
-    """Slices of rows whose sums of `many` stay about within `chunk`."""
-    edges = np.flatnonzero(np.diff(np.cumsum(many) // chunk)) + 1
-    return [slice(a, b) for a, b in pairwise([0, *edges.tolist(), len(many)]) if b > a]
 
 
 def _gathered(placements: Placements, levels: list[IntArray], width: int) -> Generator[None, None, Sums]:
