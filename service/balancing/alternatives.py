@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from service.balancing.checks import validate
-from service.balancing.exact import ExactState, Stop, exact_result, last_state, search_exact, solve_exact
+from service.balancing.exact import ExactState, Stop, bounds_for, exact_result, last_state, search_exact, solve_exact
 from service.balancing.infeasible import explain_limit
 from service.balancing.objectives import evaluate, residual
 from service.balancing.placements import result_of, slots, vectors_of
@@ -52,11 +52,12 @@ def front(problem: SelectionProblem, *, stop: Stop = lambda: False) -> Iterator[
     """
     validate(problem)
     total = most_pieces(problem)
+    bounds = bounds_for(problem)
     last: SelectionResult | None = None
     optimum: SelectionResult | None = None
     for pieces in range(total + 1):
         start = None if last is None else last.pieces
-        state = last_state(search_exact(problem, start=start, most_pieces=pieces), lambda _: stop())
+        state = last_state(search_exact(problem, start=start, most_pieces=pieces, bounds=bounds), lambda _: stop())
         result = exact_result(problem, state, limited=pieces < total)
         if last is None or result.value < last.value * (1.0 - SAME):
             yield FrontPoint(pieces, result)
@@ -81,10 +82,11 @@ def solve_fewest(problem: SelectionProblem, limit: float, *, stop: Stop = lambda
         raise NumericsError(f"a limit of {limit}: state a value of 0 or more", field="limit", value=limit)
     allowed = limit * (1.0 + SAME)
     evaluations = 0
+    bounds = bounds_for(problem)
     state: ExactState | None = None
     for pieces in range(most_pieces(problem) + 1):
         start = None if state is None else state.selection
-        states = search_exact(problem, start=start, most_pieces=pieces)
+        states = search_exact(problem, start=start, most_pieces=pieces, bounds=bounds)
         state = last_state(states, lambda now: now.lower_bound > allowed or stop())
         evaluations += state.evaluations
         if state.value <= allowed or stop() or state.exhausted:
@@ -132,6 +134,7 @@ def prefer(
     states = search_exact(problem, start=fewest.pieces, most_pieces=pieces, good_enough=limit)
     state = last_state(states, lambda _: stop())
     vectors = vectors_of(problem, state.selection)
+    value = float(evaluate(problem.objective, vectors))
     told = f"of those within {slack:.3g} of it, one of the fewest pieces ({pieces}) is taken"
     if not state.proved:
         told += "; stopped before the least mass among them was proved"
@@ -139,7 +142,8 @@ def prefer(
         result,
         message=f"{result.message}; {told}",
         pieces=state.selection,
-        value=float(evaluate(problem.objective, vectors)),
+        value=value,
+        lower_bound=min(result.lower_bound, value),
         vectors=vectors,
         residual=residual(problem.objective, vectors),
         evaluations=result.evaluations + fewest.evaluations + state.evaluations,

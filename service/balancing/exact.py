@@ -124,12 +124,14 @@ def search_exact(
     most_pieces: int | None = None,
     keep: int = 1,
     good_enough: float = 0.0,
+    bounds: Bounds | None = None,
 ) -> Iterator[ExactState]:
     """Return an iterator of states, ending when the optimum is proved or the search is `exhausted`: too much memory.
 
     start: a selection known to be allowed. most_pieces: at most so many in all planes together. keep: how many best
     selections. good_enough: values up to it are equal, and fewest pieces, least mass, commonest stock decide; without
-    it they decide among values equal to nine digits. A step takes some ten milliseconds; the caller stops by leaving.
+    it they decide among values equal to nine digits. bounds: from `bounds_for`, where several searches of one problem
+    follow each other. A step takes some ten milliseconds; the caller stops by leaving.
     Raises NumericsError for an invalid problem.
     """
     validate(problem)
@@ -137,7 +139,7 @@ def search_exact(
     if not whole.problem.planes or most_pieces == 0:
         yield _Search(whole, 0.0, None, most_pieces, keep, good_enough).state(proved=True)
         return
-    bounds = bounds_of(whole.problem)
+    bounds = bounds or bounds_of(whole.problem)
     whole = whole.thinned(MOST_PAIRS, start)
     search = _Search(whole, bounds.unit, start, most_pieces, keep, good_enough)
     search.floor = bounds.floor
@@ -152,6 +154,12 @@ def search_exact(
         if quick or (yield from _levels(search, bounds, fewer)):
             break
     yield search.state(exhausted=True)
+
+
+def bounds_for(problem: SelectionProblem) -> Bounds | None:
+    """What every search of a valid problem begins with; None where no plane takes a mass."""
+    whole = opened(problem).problem
+    return bounds_of(whole) if whole.planes else None
 
 
 def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[ExactState, None, bool]:

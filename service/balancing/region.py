@@ -101,6 +101,8 @@ def ellipsoid(bounds: Bounds, z: float) -> Ellipsoid | None:
     """Ellipsoid of all x with Z(x) <= z; None where there is none."""
     if z < bounds.floor or z <= 0.0:
         return None
+    if z >= bounds.unit:
+        return _discs(bounds)
     z = max(z / bounds.unit, THINNEST)
     if bounds.dual is None:
         flat = bounds.rows.reshape(-1, bounds.rows.shape[2])

@@ -23,7 +23,7 @@ from service.balancing.selection import SelectionProblem, SelectionResult
 
 CLOSE = 1e-8
 """Part of the value without any piece by which two roundings of one value may differ."""
-SHARES = (0.0, 0.02, 0.3, 1.0)
+SHARES = (0.02, 0.5)
 """Limits and slacks that are asked for: parts of the way from the best to the value without any piece."""
 
 
@@ -124,7 +124,7 @@ def check_jaya(problem: SelectionProblem, every: Every, seed: int) -> None:
 
 def check_alternatives(problem: SelectionProblem, every: Every, many: int) -> int:
     """The k best in order, none twice; planes whose masses move nothing are left empty in all of them."""
-    acts = problem.objective.matrix.any(axis=0)
+    acts = np.abs(problem.objective.matrix).max(axis=0) > 0.0
     planes = [plane if act else replace(plane, max_pieces=0) for act, plane in zip(acts, problem.planes, strict=True)]
     ranked = np.sort(Every.of(replace(problem, planes=tuple(planes))).values)[:many]
     found = best_selections(problem, many)

@@ -1,7 +1,7 @@
 """Hundreds of random small problems against brute force: `python -m tests.balancing.campaign --problems 300`.
 
 For every objective and norm, problems of one to three planes with uneven and blocked holes, capacities in pieces and in
-grams, and a small shared box; a third as many with pieces on the rotor, and as many that are hard on the numerics. Each
+grams, and a small shared box; a sixth as many with pieces on the rotor, and as many that are hard on the numerics. Each
 is asked everything that `against_brute_force` asks. Ends with status 1 where anything does not hold.
 """
 
@@ -21,8 +21,8 @@ from tests.balancing.random_problems import KINDS, awkward_problem, fitted_probl
 Family = Callable[[str, int], SelectionProblem]
 FAMILIES: dict[str, tuple[Family, int]] = {
     "plain": (random_problem, 1),
-    "on the rotor": (fitted_problem, 3),
-    "awkward": (awkward_problem, 3),
+    "on the rotor": (fitted_problem, 6),
+    "awkward": (awkward_problem, 6),
 }
 """Problems, and of how many plain ones there is one."""
 
