@@ -123,7 +123,7 @@ def _tightened(bounds: Bounds, dual: FloatArray, z: float) -> Ellipsoid | None:
         found = _smallest(_quadratics(bounds, dual, z, longest))
         if found is None or bounds.norm == "rms":
             return found
-        longest = np.minimum(longest, _longest(found, bounds))
+        longest = np.maximum(np.minimum(longest, _longest(found, bounds)), THINNEST * z)
     return found
 
 

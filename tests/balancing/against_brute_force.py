@@ -23,6 +23,8 @@ from service.balancing.selection import SelectionProblem, SelectionResult
 
 CLOSE = 1e-8
 """Part of the value without any piece by which two roundings of one value may differ."""
+ROUNDING = 1e-13
+"""Part of the greatest value below which two values are one."""
 SHARES = (0.02, 0.5)
 """Limits and slacks that are asked for: parts of the way from the best to the value without any piece."""
 
@@ -46,7 +48,8 @@ class Every:
         kept = (usage <= problem.stock.counts).all(axis=1)
         values = evaluate(problem.objective, vectors[kept])
         pieces, grams = usage[kept].sum(axis=1), usage[kept] @ effective_g(problem.stock)
-        return cls(values, pieces, grams, CLOSE * float(values[pieces == 0].max()) + 1e-300)
+        close = max(CLOSE * float(values[pieces == 0].max()), ROUNDING * float(values.max()), 1e-300)
+        return cls(values, pieces, grams, close)
 
     @property
     def best(self) -> float:

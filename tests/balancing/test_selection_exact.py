@@ -11,7 +11,7 @@ import pytest
 from service.balancing import exact, sums
 from service.balancing.exact import search_exact, solve_exact
 from service.balancing.exhaustive import solve_exhaustive
-from service.balancing.objectives import evaluate
+from service.balancing.objectives import components, evaluate
 from service.balancing.placements import broken_limit, vectors_of
 from service.balancing.selection import Piece, SelectionPlane, SelectionProblem, Stock
 from service.balancing.sums import Placements
@@ -194,9 +194,7 @@ def test_a_box_too_long_to_be_listed_is_answered_with_an_honest_bound(monkeypatc
 
 def test_a_front_of_many_planes_goes_through_its_splits_one_by_one() -> None:
     """Six planes and four pieces: the first steps come at once, not after every way to share the pieces was listed."""
-    objective = replace(
-        field_experiment(1).objective, matrix=330.0 * np.eye(6, dtype=np.complex128), offset=np.full(6, -2e4 + 1e4j)
-    )
+    objective = components(np.full(6, 60.0 - 30.0j), np.full(6, 330.0))
     six = SelectionProblem(objective, (plane(even_positions(6), 20),) * 6, stock(counts=4))
     states = list(islice(search_exact(six, most_pieces=4), 300))
     assert all(sum(map(len, state.selection)) <= 4 for state in states)
