@@ -71,7 +71,7 @@ class TestDeadline:
         limit = float(values.min()) * 1.3
         fewest = EVERYTHING.pieces[values <= limit].min()
         met_without_proof = 0
-        for steps in range(5, 230, 8):
+        for steps in range(5, 400, 14):
             plan = bench.plan(mode="fewest", limit=limit, time_limit_s=1e-6 * steps)
             assert plan["lower_bound"] <= plan["objective_value"] * (1.0 + SAME)
             if plan["status"] == "optimal":
