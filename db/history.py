@@ -7,7 +7,8 @@ other. A session's version counts what changes in it, a plan's what changes of i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
 from typing import Any
@@ -64,9 +65,23 @@ class History:
                 known["changes"][name] = [known["changes"].get(name, [before])[0], after]
             return
         entry = {"action": action, "kind": kind, "key": key, "session_id": session_id, "changes": dict(changes)}
-        self._entries.append({**entry, "chained": chained})
+        self._entries.append({**entry, "actor": self._actor, "chained": chained})
         if action == "changed":
             self._changed[kind, key] = self._entries[-1]
+
+    @contextmanager
+    def part(self, actor: str | None = None) -> Iterator[None]:
+        """A part of the unit, for another actor; where its block raises, what it told was not done."""
+        told, changed, own = len(self._entries), dict(self._changed), self._actor
+        self._actor = actor or own
+        try:
+            yield
+        except BaseException:
+            del self._entries[told:]
+            self._changed = changed
+            raise
+        finally:
+            self._actor = own
 
     def seal(self, session_id: str) -> None:
         """Close the record of a session: its digest enters the chain."""
@@ -80,7 +95,7 @@ class History:
             self.seal(session_id)
         if not self._entries:
             return
-        stamp = {"actor": self._actor, "at": self._now()}
+        stamp = {"at": self._now()}
         chained = [{**entry, **stamp} for entry in self._entries if entry["chained"]]
         loose = [{**entry, **stamp, "number": None, "hash": None} for entry in self._entries if not entry["chained"]]
         rows = [{name: row[name] for name in (*ENTRY, "hash")} for row in (*loose, *self._linked(chained))]

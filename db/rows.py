@@ -303,6 +303,18 @@ class AuditRow(Base):
     hash: Mapped[str | None] = mapped_column(String(64))
 
 
+class IdempotencyRow(Base):
+    """What a request that bore a key was answered; id: SHA-256 of actor and key, request: of what was asked."""
+
+    __tablename__ = "idempotency"
+
+    id: Mapped[str] = mapped_column(String(64), primary_key=True)
+    request: Mapped[str] = mapped_column(String(64))
+    status: Mapped[int]
+    body: Mapped[str] = mapped_column(Text)
+    expires_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
+
+
 class BalancerAnswerRow(Base):
     """Continuous masses that a balancer computed; idempotent like a reading."""
 

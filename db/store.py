@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from datetime import datetime
 from typing import Any, TypeVar
 
 from sqlalchemy import Select, and_, bindparam, delete, func, insert, or_, select, update
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from db.bulk import NewReading, insert_new
@@ -21,6 +22,7 @@ from db.rows import (
     Base,
     CatalogueRow,
     CorrectionRow,
+    IdempotencyRow,
     InfluenceRow,
     LoginRow,
     MachineRow,
@@ -63,9 +65,12 @@ class Store:
         """The row with this key, locked until the unit of work ends (SQLite holds its one write lock already)."""
         return self._session.get(kind, key, with_for_update=True, populate_existing=True)
 
-    def part(self) -> AbstractContextManager[object]:
-        """A part of the unit of work that is undone by itself where its block raises."""
-        return self._session.begin_nested()
+    @contextmanager
+    def part(self, actor: str) -> Iterator[None]:
+        """A part of a unit that writes, for another actor, which is undone by itself where its block raises."""
+        assert self._history is not None, "a unit that only looks has no parts"  # noqa: S101
+        with self._session.begin_nested(), self._history.part(actor):
+            yield
 
     def flush(self) -> None:
         """Send pending changes to the engine."""
@@ -411,6 +416,26 @@ class Store:
         same = and_(summed.c.catalogue_id == table.catalogue_id, summed.c.item == table.item)
         query = select(table.catalogue_id, table.item, table.on_hand, found).outerjoin(summed, same)
         return [tuple(row) for row in self._session.execute(query.where(table.on_hand != found))]
+
+    # ------------------------------------------------------------ keys of requests
+    def claim(self, row: IdempotencyRow, now: datetime) -> bool:
+        """Store a key that nobody has; another unit of work that is about to store it is waited for.
+
+        False where it is taken. Some keys whose time is over are forgotten first.
+        """
+        over = select(IdempotencyRow.id).where(IdempotencyRow.expires_at <= now).order_by(IdempotencyRow.id)
+        old = over.limit(100).with_for_update(skip_locked=True)
+        self._session.execute(delete(IdempotencyRow).where(IdempotencyRow.id.in_(old)))
+        own = and_(IdempotencyRow.id == row.id, IdempotencyRow.expires_at <= now)
+        self._session.execute(delete(IdempotencyRow).where(own))
+        if self._session.get(IdempotencyRow, row.id) is not None:
+            return False
+        self._session.add(row)
+        try:
+            self._session.flush()
+        except IntegrityError:
+            return False
+        return True
 
     # ------------------------------------------------------------ health
     def ping(self) -> None:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import functools
+import hashlib
+import inspect
+import json
 from collections.abc import Callable, Coroutine, Sequence
-from typing import Any, cast, get_args
+from typing import Annotated, Any, cast, get_args, get_type_hints
 
-from fastapi import Request, Response
+from fastapi import Header, Request, Response
 from fastapi.routing import APIRoute
 from pydantic import ValidationError
+from pydantic_core import to_jsonable_python
 from starlette.exceptions import HTTPException
 
-from db.documents.base import adapter
+from db.documents.base import adapter, write_json
 from service.errors import UnsupportedMediaType
+from service.usecases import once
 
 Validator = Callable[[bytes], Any]
 
@@ -28,8 +34,13 @@ class StrictRoute(APIRoute):
     """A route whose body is validated as JSON text.
 
     FastAPI reads the text into dictionaries first, for which strict documents are too strict (a list is no tuple, a
-    text no time); validated as JSON the same documents read well, and faster.
+    text no time); validated as JSON the same documents read well, and faster. A POST takes an `Idempotency-Key`.
     """
+
+    def __init__(self, path: str, endpoint: Callable[..., Any], **given: Any) -> None:
+        if "POST" in (given.get("methods") or ()):
+            endpoint = _done_once(endpoint, given.get("status_code") or 200)
+        super().__init__(path, endpoint, **given)
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The handler, with a request whose `json()` is the validated body."""
@@ -43,6 +54,45 @@ class StrictRoute(APIRoute):
             return await handler(_ValidatedRequest(request, validate))
 
         return handle
+
+
+IDEMPOTENCY_KEY = Header(
+    alias="Idempotency-Key",
+    min_length=1,
+    max_length=200,
+    pattern=r"^[\x21-\x7e]+$",
+    description="Sent again with the same key within a day, the request is done once and answered as the first time.",
+)
+
+
+def _done_once(endpoint: Callable[..., Any], status: int) -> Callable[..., Any]:
+    """The endpoint, done once for all requests with the same key; without a key as it is."""
+
+    @functools.wraps(endpoint)
+    def answered(*, idempotency_key: str | None = None, **given: Any) -> Any:
+        if idempotency_key is None:
+            return endpoint(**given)
+        work = given.pop("work")
+        asked = json.dumps([endpoint.__name__, to_jsonable_python(given)], sort_keys=True)
+        returned: Any = get_type_hints(endpoint, include_extras=True)["return"]
+        answer = once.answer(
+            work,
+            idempotency_key,
+            hashlib.sha256(asked.encode()).hexdigest(),
+            lambda acting: once.Answer(status, write_json(endpoint(work=acting, **given), returned)),
+        )
+        headers = {"idempotent-replayed": "true"} if answer.replayed else {}
+        return Response(answer.body, answer.status, headers, "application/json")
+
+    signature = inspect.signature(endpoint)
+    key = inspect.Parameter(
+        "idempotency_key",
+        inspect.Parameter.KEYWORD_ONLY,
+        default=None,
+        annotation=Annotated[str | None, IDEMPOTENCY_KEY],
+    )
+    answered.__signature__ = signature.replace(parameters=[*signature.parameters.values(), key])  # type: ignore[attr-defined]
+    return answered
 
 
 def _require_json(request: Request) -> None:

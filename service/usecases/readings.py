@@ -89,7 +89,7 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
             advice="send them in smaller batches",
         )
     receipt: Receipt
-    if len(readings) > FEW:
+    if len(readings) > FEW or work.joined is not None:
         with work.write() as store:
             receipt = _stored(_Targets(store), readings)
     else:
@@ -107,9 +107,9 @@ def _store_few(batches: Sequence[tuple[Work, Sequence[Reading]]]) -> list[Receip
     outcomes: list[Receipt | Exception] = []
     with work.write() as store:
         targets = _Targets(store)
-        for _, readings in batches:
+        for other, readings in batches:
             try:
-                with store.part():
+                with store.part(other.actor):
                     outcomes.append(_stored(targets, readings))
             except Exception as refused:
                 outcomes.append(refused)

@@ -45,6 +45,8 @@ class Work:
     actor: str = "local"
     meters: Meters = field(default_factory=Meters)
     together: Together[Any, Any] = field(default_factory=Together)
+    joined: Callable[[], AbstractContextManager[Store]] | None = None
+    """A unit of work under way that `write` joins: whoever began it ends it."""
 
     def acting(self, actor: str) -> Work:
         """The same, for another actor."""
@@ -52,7 +54,7 @@ class Work:
 
     def write(self) -> AbstractContextManager[Store]:
         """A unit of work that commits at its end."""
-        return self.database.write(self.actor, self.now)
+        return self.database.write(self.actor, self.now) if self.joined is None else self.joined()
 
     def read(self) -> AbstractContextManager[Store]:
         """A unit of work that only looks."""

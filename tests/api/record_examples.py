@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import service.api
 from tests.api.workshop import DRUM, LinearDrum, Workshop, application, box_body, mass, on_rotor, reading, workshop
@@ -77,10 +77,13 @@ class Recorder:
         assert answer.is_success, answer.text
         self._keep("GET", path, {"response": answer.text})
 
-    def _keep(self, method: str, path: str, example: dict[str, Any]) -> None:
+    def name(self, method: str, path: str) -> str:
+        """The operation that a request asks for."""
         plain = "/api/v1" + path.partition("?")[0]
-        name = next(name for verb, pattern, name in self._operations if verb == method and pattern.match(plain))
-        self.examples.setdefault(name, example)
+        return next(name for verb, pattern, name in self._operations if verb == method and pattern.match(plain))
+
+    def _keep(self, method: str, path: str, example: dict[str, Any]) -> None:
+        self.examples.setdefault(self.name(method, path), example)
 
 
 def replace_stopwatch(shop: Workshop) -> Workshop:
@@ -92,16 +95,23 @@ def replace_stopwatch(shop: Workshop) -> Workshop:
 def record() -> dict[str, dict[str, Any]]:
     """Every operation's example, in the order of its name."""
     with tempfile.TemporaryDirectory() as folder, workshop(f"sqlite:///{folder}/examples.db") as shop:
-        recorder = Recorder(shop)
-        machine, box = prepare(recorder)
-        session = open_and_learn(recorder, machine, box)
-        balance(recorder, session)
-        look_back(recorder, machine, session)
-        from_a_bridge(recorder, machine, box)
-        recorder.ask("GET", f"/sessions/{session}/history?limit=3")
-        recorder.ask("GET", "/history?limit=3")
-        recorder.ask("GET", "/health")
-        return dict(sorted(recorder.examples.items()))
+        return dict(sorted(walk(Recorder(shop)).examples.items()))
+
+
+Walker = TypeVar("Walker", bound=Recorder)
+
+
+def walk(recorder: Walker) -> Walker:
+    """The job, every operation asked for through the recorder."""
+    machine, box = prepare(recorder)
+    session = open_and_learn(recorder, machine, box)
+    balance(recorder, session)
+    look_back(recorder, machine, session)
+    from_a_bridge(recorder, machine, box)
+    recorder.ask("GET", f"/sessions/{session}/history?limit=3")
+    recorder.ask("GET", "/history?limit=3")
+    recorder.ask("GET", "/health")
+    return recorder
 
 
 def prepare(recorder: Recorder) -> tuple[str, str]:
