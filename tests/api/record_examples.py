@@ -59,7 +59,7 @@ class Recorder:
     def __init__(self, shop: Workshop) -> None:
         self.shop = replace_stopwatch(shop)
         self.examples: dict[str, dict[str, Any]] = {}
-        self._operations = [
+        self._operations: list[tuple[str, re.Pattern[str], str]] = [
             (method.upper(), re.compile(re.sub(r"{\w+}", "[^/]+", path) + "$"), operation["operationId"])
             for path, operations in application().openapi()["paths"].items()
             for method, operation in operations.items()

@@ -15,13 +15,14 @@ import pytest
 
 from db.database import Database
 from db.documents.machine import Catalogue, CatalogueItem
+from service.app import PREFIX
 from service.errors import InvalidInput
 from service.usecases import catalogues, once
 from service.usecases.once import KEPT, Answer
 from service.usecases.work import Work
 from tests.api.record_examples import Recorder, walk
 from tests.api.test_openapi import operations
-from tests.api.workshop import PREFIX, Workshop, application, box_body, machine_body, problem_of, workshop
+from tests.api.workshop import Workshop, application, box_body, machine_body, problem_of, workshop
 from tests.engines import Engine
 
 CHANGES_NOTHING = frozenset({"ask_what_if"})
@@ -142,7 +143,7 @@ def test_keys_belong_to_their_actor(shop: Workshop) -> None:
 @pytest.mark.parametrize("key", ["", "a" * 201, "two words", "µ"])
 def test_a_key_that_is_none_is_refused(shop: Workshop, key: str) -> None:
     answer = shop.client.post(
-        f"{PREFIX}/catalogues", json=box_body(), headers={"idempotency-key": key.encode("latin-1")}
+        f"{PREFIX}/catalogues", json=box_body(), headers={b"idempotency-key": key.encode("latin-1")}
     )
     problem_of(answer, 422, "invalid_input")
 
