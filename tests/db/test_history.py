@@ -13,8 +13,9 @@ from db.documents.session import SessionPatch
 from db.history import ClosedForGood
 from db.rows import RunRow, SessionRow
 from db.store import Store
-from service.usecases import history, sessions, tokens
-from service.usecases.work import require
+from drivers.reading import Reading
+from service.usecases import history, readings, sessions, tokens
+from service.usecases.work import Work, require
 from tests.api.workshop import Workshop
 
 Tamper = Callable[[Workshop, list[str]], list[str]]
@@ -218,3 +219,20 @@ def test_a_balance_that_is_not_the_sum_of_its_movements_is_found(shop: Workshop)
     findings: tuple[Any, ...] = history.verify(shop.work).findings
     assert [finding.code for finding in findings] == ["balance"]
     assert "2 of 10 g" in findings[0].detail
+
+
+def test_requests_that_share_a_unit_are_each_told_under_their_own_name(shop: Workshop) -> None:
+    """What small batches of readings do; one of them is refused half-way."""
+    shop.ask("PUT", "/sources/bridge", {"machine_id": shop.machine()})
+    moment = shop.now()
+
+    def batch(actor: str, first: int, sensor: str = "P") -> tuple[Work, list[Reading]]:
+        sent = [Reading("bridge", first + n, moment, "P" if n == 0 else sensor, 1.0) for n in range(2)]
+        return shop.work.acting(actor), sent
+
+    readings.ingest(shop.work.acting("bridge 1"), batch("bridge 1", 0)[1])
+    shared = [batch("bridge 1", 10), batch("bridge 2", 20), batch("bridge 3", 30, "none"), batch("bridge 4", 0)]
+    ended = readings._store_few(shared)
+    assert [type(one).__name__ for one in ended] == ["Receipt", "Receipt", "InvalidInput", "Receipt"]
+    told = [(entry["actor"], entry["changes"]["new"]) for entry in shop.get("/history?kind=reading")]
+    assert told == [("bridge 2", 2), ("bridge 1", 2), ("bridge 1", 2)], "what was stored before is no change"
