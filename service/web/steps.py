@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from db.documents.influence import TrialMassSuggestion
 from db.documents.machine import StoredCatalogue
+from db.documents.plan import Plan
 from db.documents.run import MassOnRotor
 from db.documents.stop import Stop
 from service.errors import DrumtrueError, InvalidInput
@@ -168,27 +169,25 @@ def _correction(page: Page, guide: Guide) -> dict[str, Any]:
 
 def _plan(page: Page, guide: Guide) -> dict[str, Any]:
     plans = guide.session.plans
-    plan = guide.plan or (plans[-1] if plans else None)
-    boxes = [] if guide.session.catalogue_id else catalogues.find(page.work, MOST_BOXES, 0)
-    todo = (
-        [] if plan is None else moves(guide.session.machine, guide.on_rotor, wanted_by(plan.placements, plan.taken_off))
-    )
+    drawn = {"moves": [], "pictures": [], "vectors": []} if guide.plan is None else _drawn(page, guide, guide.plan)
     return {
-        "plan": plan,
+        "plan": guide.plan or (plans[-1] if plans else None),
         "box": box_of(page, guide),
-        "boxes": boxes,
-        "moves": todo,
-        "pictures": illustrations.ends(
-            guide.session,
-            todo,
-            page.preferences,
-            blocked=() if plan is None else plan.request.blocked,
-            other_end=_other_end(page),
-        ),
-        "vectors": illustrations.vectors(guide.session, guide.correction, plan, page.preferences),
+        "boxes": [] if guide.session.catalogue_id else catalogues.find(page.work, MOST_BOXES, 0),
         "correction": guide.correction,
         "may_choose": not any(piece.may != "stay" for piece in guide.session.on_rotor),
+        **drawn,
     }
+
+
+def _drawn(page: Page, guide: Guide, plan: Plan) -> dict[str, list[Any]]:
+    """What a plan asks to be done, in words and in pictures."""
+    todo = moves(guide.session.machine, guide.on_rotor, wanted_by(plan.placements, plan.taken_off))
+    ends = illustrations.ends(
+        guide.session, todo, page.preferences, blocked=plan.request.blocked, other_end=_other_end(page)
+    )
+    vectors = illustrations.vectors(guide.session, guide.correction, plan, page.preferences)
+    return {"moves": todo, "pictures": ends, "vectors": vectors}
 
 
 def _fit(page: Page, guide: Guide) -> dict[str, Any]:
