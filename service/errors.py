@@ -79,6 +79,17 @@ class OutOfOrder(Conflict):
     code = "out_of_order"
 
 
+class Stale(DrumtrueError):
+    """A change made on a version that is not the present one. current: the document as it is now."""
+
+    status = 412
+    code = "version_stale"
+
+    def __init__(self, message: str, *, current: object, field: str, value: object, advice: str) -> None:
+        super().__init__(message, field=field, value=value, advice=advice)
+        self.current = current
+
+
 class TooLarge(DrumtrueError):
     """A request body or a list above the service's limit."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import Depends, Path, Query, Request
+from fastapi import Depends, Header, Path, Query, Request
 
 from service.api.problems import Problem
 from service.usecases.tokens import Principal
@@ -18,6 +18,22 @@ def _work(request: Request) -> Work:
     return work if principal is None else work.acting(principal.name)
 
 
+def _having_seen(
+    work: Annotated[Work, Depends(_work)],
+    if_match: Annotated[
+        str | None,
+        Header(
+            alias="If-Match",
+            pattern=r'^(\*|"[1-9][0-9]{0,9}")$',
+            description="ETag of the session or plan that the change was decided on; refused with 412 if it is older.",
+        ),
+    ] = None,
+) -> Work:
+    """What the use cases need, and the version that the request was made on."""
+    return work.having_seen(None if if_match in (None, "*") else int(if_match.strip('"')))
+
+
+SeenDep = Annotated[Work, Depends(_having_seen)]
 WorkDep = Annotated[Work, Depends(_work)]
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$", description="Identifier.")]
 Limit = Annotated[int, Query(ge=1, le=200, description="How many at most.")]
@@ -29,6 +45,7 @@ def errors(*statuses: int) -> dict[int | str, dict[str, Any]]:
     words = {
         404: "Nothing is stored under an identifier.",
         409: "The step is out of order, or contradicts what is stored; `advice` says what to do instead.",
+        412: "The session or plan was changed since: `current` is what it is now.",
         413: "The body or a list in it is too long.",
         415: "The body is not declared as JSON.",
         422: "A value breaks a rule: `field`, `value` and `detail` say which.",

@@ -13,9 +13,9 @@ from fastapi.responses import JSONResponse
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
-from db.documents.base import document
+from db.documents.base import document, to_plain
 from service.api.routing import InvalidBody
-from service.errors import DrumtrueError
+from service.errors import DrumtrueError, Stale
 
 MEDIA_TYPE = "application/problem+json"
 _ADVICE = {
@@ -50,6 +50,8 @@ class Problem:
     """What to do about it."""
     errors: tuple[dict[str, Any], ...] = ()
     """Where several fields are wrong: each with field, detail, value."""
+    current: Any = None
+    """With `version_stale`: the session or plan as it is now; other problems have none."""
 
 
 def problem(
@@ -62,6 +64,7 @@ def problem(
     advice: str | None = None,
     errors: Sequence[dict[str, Any]] = (),
     headers: Mapping[str, str] | None = None,
+    current: object = None,
 ) -> JSONResponse:
     """A problem as a response."""
     body = {
@@ -75,6 +78,8 @@ def problem(
         "advice": advice,
         "errors": list(errors),
     }
+    if current is not None:
+        body["current"] = to_plain(current)
     return JSONResponse(body, status_code=status, media_type=MEDIA_TYPE, headers=dict(headers or {}))
 
 
@@ -121,6 +126,7 @@ def _deliberate(_request: Request, error: Exception) -> JSONResponse:
         value=error.value,
         advice=error.advice,
         headers=later,
+        current=error.current if isinstance(error, Stale) else None,
     )
 
 

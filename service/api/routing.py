@@ -16,6 +16,8 @@ from pydantic_core import to_jsonable_python
 from starlette.exceptions import HTTPException
 
 from db.documents.base import adapter, write_json
+from db.documents.plan import Plan
+from db.documents.session import Session
 from service.errors import UnsupportedMediaType
 from service.usecases import once
 
@@ -34,12 +36,16 @@ class StrictRoute(APIRoute):
     """A route whose body is validated as JSON text.
 
     FastAPI reads the text into dictionaries first, for which strict documents are too strict (a list is no tuple, a
-    text no time); validated as JSON the same documents read well, and faster. A POST takes an `Idempotency-Key`.
+    text no time); validated as JSON the same documents read well, and faster. A POST takes an
+    `Idempotency-Key`; a session or plan is answered with its version as `ETag`.
     """
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **given: Any) -> None:
+        returned = get_type_hints(endpoint, include_extras=True).get("return")
         if "POST" in (given.get("methods") or ()):
-            endpoint = _done_once(endpoint, given.get("status_code") or 200)
+            endpoint = _done_once(endpoint, given.get("status_code") or 200, returned)
+        if returned in (Session, Plan):
+            endpoint = _tagged(endpoint)
         super().__init__(path, endpoint, **given)
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
@@ -65,7 +71,7 @@ IDEMPOTENCY_KEY = Header(
 )
 
 
-def _done_once(endpoint: Callable[..., Any], status: int) -> Callable[..., Any]:
+def _done_once(endpoint: Callable[..., Any], status: int, returned: Any) -> Callable[..., Any]:
     """The endpoint, done once for all requests with the same key; without a key as it is."""
 
     @functools.wraps(endpoint)
@@ -74,7 +80,6 @@ def _done_once(endpoint: Callable[..., Any], status: int) -> Callable[..., Any]:
             return endpoint(**given)
         work = given.pop("work")
         asked = json.dumps([endpoint.__name__, to_jsonable_python(given)], sort_keys=True)
-        returned: Any = get_type_hints(endpoint, include_extras=True)["return"]
         answer = once.answer(
             work,
             idempotency_key,
@@ -84,15 +89,33 @@ def _done_once(endpoint: Callable[..., Any], status: int) -> Callable[..., Any]:
         headers = {"idempotent-replayed": "true"} if answer.replayed else {}
         return Response(answer.body, answer.status, headers, "application/json")
 
-    signature = inspect.signature(endpoint)
-    key = inspect.Parameter(
-        "idempotency_key",
-        inspect.Parameter.KEYWORD_ONLY,
-        default=None,
-        annotation=Annotated[str | None, IDEMPOTENCY_KEY],
-    )
-    answered.__signature__ = signature.replace(parameters=[*signature.parameters.values(), key])  # type: ignore[attr-defined]
+    _with_parameter(answered, endpoint, "idempotency_key", Annotated[str | None, IDEMPOTENCY_KEY], None)
     return answered
+
+
+def _tagged(endpoint: Callable[..., Any]) -> Callable[..., Any]:
+    """The endpoint, the version of the document that it answers in the header ETag."""
+
+    @functools.wraps(endpoint)
+    def answered(*, tagged: Response, **given: Any) -> Any:
+        value = endpoint(**given)
+        if isinstance(value, Response):
+            value.headers["etag"] = f'"{json.loads(bytes(value.body))["version"]}"'
+        else:
+            tagged.headers["etag"] = f'"{value.version}"'
+        return value
+
+    _with_parameter(answered, endpoint, "tagged", Response, inspect.Parameter.empty)
+    return answered
+
+
+def _with_parameter(
+    answered: Callable[..., Any], endpoint: Callable[..., Any], name: str, kind: Any, default: Any
+) -> None:
+    """Let the framework hand `answered` a parameter more than the endpoint has."""
+    signature = inspect.signature(endpoint)
+    more = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+    answered.__signature__ = signature.replace(parameters=[*signature.parameters.values(), more])  # type: ignore[attr-defined]
 
 
 def _require_json(request: Request) -> None:

@@ -13,6 +13,7 @@ from service.usecases import states
 from service.usecases.influence import saved_for
 from service.usecases.runs import used
 from service.usecases.solving import check_fields, solve_correction
+from service.usecases.versions import require_seen
 from service.usecases.work import Work, require
 
 
@@ -21,6 +22,7 @@ def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
     check_fields(request)
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
+        require_seen(work, store, session)
         state = states.after(session, "correction")
         if request.source == "balancer":
             request = _with_masses(store, session, request)

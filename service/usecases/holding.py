@@ -11,6 +11,7 @@ from db.rows import CatalogueRow, PlanRow, SessionRow
 from db.store import Store
 from service.errors import Conflict, OutOfOrder
 from service.usecases import states, stock
+from service.usecases.versions import require_seen
 from service.usecases.work import Work, require
 
 
@@ -22,6 +23,7 @@ def reserve(work: Work, plan_id: str, request: ReserveRequest) -> Plan:
     """
     with work.write() as store:
         row, session, box = locked(store, plan_id)
+        require_seen(work, store, row)
         states.after(session, "plan")
         require_its_box(row.plan, session)
         _require_reservable(row.plan)
@@ -41,6 +43,7 @@ def release(work: Work, plan_id: str) -> Plan:
     """Hold nothing for a plan any more; no error where nothing is held. Raises NotFound, OutOfOrder once closed."""
     with work.write() as store:
         row, session, _box = locked(store, plan_id)
+        require_seen(work, store, row)
         states.after(session, "plan")
         if row.plan.reserved_until is not None:
             let_go(store, session.id, work.now())

@@ -26,6 +26,7 @@ from service.usecases.holding import let_go, locked, require_its_box, require_pl
 from service.usecases.posing import Ground, in_order
 from service.usecases.rules import hole_label, plane_index, position_index
 from service.usecases.selecting import refitted, solve_plan
+from service.usecases.versions import require_seen
 from service.usecases.work import Work, require
 from service.version import __version__
 
@@ -38,6 +39,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
     """
     with work.read() as store:
         session = require(store, SessionRow, session_id)
+        require_seen(work, store, session)
         states.after(session, "plan")
         ground = _ground(store, session, request.correction_id, request.base == "present", work.now())
         if ground.correction.stale:
@@ -60,6 +62,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
     work.meters.solved(request.method, plan.status, plan.seconds)
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
+        require_seen(work, store, session)
         state = states.after(session, "plan")
         now_stale = require(store, CorrectionRow, request.correction_id).correction.stale
         plan = replace(plan, number=len(store.plans(session_id)) + 1, stale=now_stale)
@@ -97,6 +100,7 @@ def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
     """
     with work.write() as store:
         row, session, box = locked(store, plan_id)
+        require_seen(work, store, row)
         state = states.after(session, "fitted")
         _require_fittable(row.plan, request)
         if request.actual is None:
@@ -127,6 +131,7 @@ def unfit(work: Work, plan_id: str) -> Plan:
     """
     with work.write() as store:
         row, session, box = locked(store, plan_id)
+        require_seen(work, store, row)
         state = states.after(session, "unfit")
         if session.fitted_plan_id != row.id:
             raise OutOfOrder(

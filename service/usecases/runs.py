@@ -14,6 +14,7 @@ from service.usecases import mapping, states
 from service.usecases.quality import trial_warnings
 from service.usecases.rules import check_masses, sensor_index
 from service.usecases.taking import taken_readings
+from service.usecases.versions import require_seen
 from service.usecases.work import Work, require
 
 
@@ -21,6 +22,7 @@ def add(work: Work, session_id: str, request: RunRequest) -> Run:
     """Store a run. Raises InvalidInput, NotFound, or OutOfOrder for a check of nothing or a closed session."""
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
+        require_seen(work, store, session)
         state = states.after(session, "check" if request.kind == "check" else "run")
         machine = session.machine
         masses = _masses(store, session, request)
@@ -48,6 +50,7 @@ def change(work: Work, session_id: str, run_id: str, patch: RunPatch) -> Run:
     """Exclude a run, or take it in again. Raises NotFound, or OutOfOrder once the session is closed."""
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
+        require_seen(work, store, session)
         state = states.after(session, "run")
         row = _run_of(store, session, run_id)
         row.run = replace(row.run, excluded=patch.excluded, reason=patch.reason)

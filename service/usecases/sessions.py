@@ -13,6 +13,7 @@ from service.errors import Conflict
 from service.usecases import states
 from service.usecases.holding import let_go
 from service.usecases.rules import check_as_found, sensor_index
+from service.usecases.versions import require_seen, session_summary, session_view
 from service.usecases.work import Work, require
 from service.version import __version__
 
@@ -42,13 +43,13 @@ def open_on(work: Work, request: SessionRequest) -> Session:
             closed_at=None,
         )
         store.add(row)
-        return _view(store, row)
+        return session_view(store, row)
 
 
 def get(work: Work, session_id: str) -> Session:
     """A session with all its runs, corrections and plans. Raises NotFound."""
     with work.read() as store:
-        return _view(store, require(store, SessionRow, session_id))
+        return session_view(store, require(store, SessionRow, session_id))
 
 
 def find(
@@ -63,14 +64,16 @@ def find(
     """Sessions, newest first, of a machine, in a state, or with words in machine, technician or note."""
     with work.read() as store:
         return tuple(
-            _summary(row) for row in store.sessions(limit, offset, machine_id=machine_id, state=state, words=words)
+            session_summary(row)
+            for row in store.sessions(limit, offset, machine_id=machine_id, state=state, words=words)
         )
 
 
 def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
-    """Close a session, or change box, technician or note. Raises OutOfOrder once it is closed."""
+    """Close a session, or change box, technician or note. Raises OutOfOrder once it is closed, Stale."""
     with work.write() as store:
         row = require(store, SessionRow, session_id, lock=True)
+        require_seen(work, store, row)
         closed = states.after(row, "close")
         if patch.catalogue_id is not None and patch.catalogue_id != row.catalogue_id:
             if row.fitted_plan_id is not None:
@@ -89,14 +92,14 @@ def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
             row.state, row.closed_at = closed, work.now()
             let_go(store, row.id, row.closed_at)
         store.flush()
-        return _view(store, row)
+        return session_view(store, row)
 
 
 def log(work: Work, session_id: str) -> SessionLog:
     """The session as one document that gives its answers again. Raises NotFound."""
     with work.read() as store:
         row = require(store, SessionRow, session_id)
-        view = _view(store, row)
+        view = session_view(store, row)
         box = None if row.catalogue_id is None else require(store, CatalogueRow, row.catalogue_id)
         return SessionLog(
             version=__version__,
@@ -117,32 +120,3 @@ def _earlier_boxes(store: Store, row: SessionRow, plans: Sequence[Plan]) -> tupl
     named = dict.fromkeys(plan.inputs.catalogue_id for plan in plans)
     boxes = [require(store, CatalogueRow, key) for key in named if key is not None and key != row.catalogue_id]
     return tuple(EarlierBox(catalogue_id=b.id, catalogue=Catalogue(name=b.name, items=b.items)) for b in boxes)
-
-
-def _view(store: Store, row: SessionRow) -> Session:
-    return Session(
-        **vars(_summary(row)),
-        next_step=states.next_step(row.state),
-        machine=row.machine,
-        run_out=row.run_out,
-        on_rotor=row.on_rotor,
-        runs=tuple(r.run for r in store.runs(row.id)),
-        corrections=tuple(c.correction for c in store.corrections(row.id)),
-        plans=tuple(p.plan for p in store.plans(row.id)),
-        fitted_plan_id=row.fitted_plan_id,
-        version=row.version,
-    )
-
-
-def _summary(row: SessionRow) -> SessionSummary:
-    return SessionSummary(
-        id=row.id,
-        state=row.state,  # type: ignore[arg-type]
-        machine_id=row.machine_id,
-        machine_name=row.machine_name,
-        catalogue_id=row.catalogue_id,
-        technician=row.technician,
-        note=row.note,
-        created_at=row.created_at,
-        closed_at=row.closed_at,
-    )

@@ -47,10 +47,16 @@ class Work:
     together: Together[Any, Any] = field(default_factory=Together)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
     """A unit of work under way that `write` joins: whoever began it ends it."""
+    seen: int | None = None
+    """Version of the session or plan on which the request was made; None: it does not say."""
 
     def acting(self, actor: str) -> Work:
         """The same, for another actor."""
         return replace(self, actor=actor)
+
+    def having_seen(self, version: int | None) -> Work:
+        """The same, for a request that was made on this version of its session or plan."""
+        return replace(self, seen=version)
 
     def write(self) -> AbstractContextManager[Store]:
         """A unit of work that commits at its end."""

@@ -267,7 +267,7 @@ def problem_of(answer: Any, status: int, code: str) -> dict[str, Any]:
     assert answer.status_code == status, answer.text
     assert answer.headers["content-type"] == "application/problem+json"
     problem: dict[str, Any] = answer.json()
-    assert set(problem) == PROBLEM_FIELDS
+    assert set(problem) == PROBLEM_FIELDS | ({"current"} if status == 412 else set())
     assert (problem["type"], problem["status"]) == ("about:blank", status)
     assert problem["code"] == code, problem
     assert problem["title"]

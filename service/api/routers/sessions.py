@@ -13,7 +13,7 @@ from db.documents.report import Report
 from db.documents.run import Run, RunPatch, RunRequest
 from db.documents.session import Session, SessionLog, SessionPatch, SessionRequest, SessionState, SessionSummary
 from db.documents.stock import ReserveRequest
-from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
+from service.api.dependencies import Key, Limit, Offset, SeenDep, WorkDep, errors
 from service.api.routing import StrictRoute
 from service.usecases import corrections, holding, influence, plans, reports, runs, sessions
 
@@ -51,8 +51,8 @@ def get_session(work: WorkDep, session_id: Key) -> Session:
     return sessions.get(work, session_id)
 
 
-@router.patch("/sessions/{session_id}", tags=["sessions"], responses=errors(404, 409))
-def change_session(work: WorkDep, session_id: Key, patch: SessionPatch) -> Session:
+@router.patch("/sessions/{session_id}", tags=["sessions"], responses=errors(404, 409, 412))
+def change_session(work: SeenDep, session_id: Key, patch: SessionPatch) -> Session:
     """Close a session, or change its box, technician or note. Units as in `get_session`."""
     return sessions.change(work, session_id, patch)
 
@@ -72,8 +72,8 @@ def get_report(work: WorkDep, session_id: Key) -> Report:
     return reports.report(work, session_id)
 
 
-@router.post("/sessions/{session_id}/runs", status_code=201, tags=["runs"], responses=errors(404, 409))
-def add_run(work: WorkDep, session_id: Key, run: RunRequest) -> Run:
+@router.post("/sessions/{session_id}/runs", status_code=201, tags=["runs"], responses=errors(404, 409, 412))
+def add_run(work: SeenDep, session_id: Key, run: RunRequest) -> Run:
     """Store a run: ALL masses on the rotor during it, relative to the as-found rotor, and what the sensors said.
 
     Masses in g, angles and phases in degrees in the machine's senses, amplitude and scatter in the sensor's unit and
@@ -82,8 +82,8 @@ def add_run(work: WorkDep, session_id: Key, run: RunRequest) -> Run:
     return runs.add(work, session_id, run)
 
 
-@router.patch("/sessions/{session_id}/runs/{run_id}", tags=["runs"], responses=errors(404, 409))
-def change_run(work: WorkDep, session_id: Key, run_id: Key, patch: RunPatch) -> Run:
+@router.patch("/sessions/{session_id}/runs/{run_id}", tags=["runs"], responses=errors(404, 409, 412))
+def change_run(work: SeenDep, session_id: Key, run_id: Key, patch: RunPatch) -> Run:
     """Exclude a mistyped run, or take it in again; nothing is erased. Units as in `add_run`."""
     return runs.change(work, session_id, run_id, patch)
 
@@ -97,8 +97,10 @@ def suggest_trial_masses(work: WorkDep, session_id: Key) -> tuple[TrialMassSugge
     return influence.suggest_trials(work, session_id)
 
 
-@router.post("/sessions/{session_id}/corrections", status_code=201, tags=["corrections"], responses=errors(404, 409))
-def add_correction(work: WorkDep, session_id: Key, correction: CorrectionRequest) -> Correction:
+@router.post(
+    "/sessions/{session_id}/corrections", status_code=201, tags=["corrections"], responses=errors(404, 409, 412)
+)
+def add_correction(work: SeenDep, session_id: Key, correction: CorrectionRequest) -> Correction:
     """Compute the continuous correction masses: the TOTAL to have on the as-found rotor, trial masses off.
 
     Masses in g, unbalance in g.mm, angles and phases in degrees, influence in the sensor's unit per g.
@@ -106,8 +108,8 @@ def add_correction(work: WorkDep, session_id: Key, correction: CorrectionRequest
     return corrections.add(work, session_id, correction)
 
 
-@router.post("/sessions/{session_id}/plans", status_code=201, tags=["plans"], responses=errors(404, 409))
-def add_plan(work: WorkDep, session_id: Key, plan: PlanRequest) -> Plan:
+@router.post("/sessions/{session_id}/plans", status_code=201, tags=["plans"], responses=errors(404, 409, 412))
+def add_plan(work: SeenDep, session_id: Key, plan: PlanRequest) -> Plan:
     """Choose which stock masses go into which holes; an infeasible problem is answered with its reason.
 
     Masses in g, positions in degrees and as hole labels, objective in `objective_unit`, amplitudes in each sensor's
@@ -140,8 +142,8 @@ def ask_what_if(work: WorkDep, plan_id: Key, what_if: WhatIfRequest) -> WhatIf:
     return plans.what_if(work, plan_id, what_if)
 
 
-@router.post("/plans/{plan_id}/reserve", tags=["plans"], responses=errors(404, 409))
-def reserve_plan(work: WorkDep, plan_id: Key, reserve: ReserveRequest) -> Plan:
+@router.post("/plans/{plan_id}/reserve", tags=["plans"], responses=errors(404, 409, 412))
+def reserve_plan(work: SeenDep, plan_id: Key, reserve: ReserveRequest) -> Plan:
     """Hold the pieces of a plan, all or none, so that nobody else can fit them; in place of what was held before.
 
     They are held until fitted, released or the time is over. Masses in g, stock in pieces, time in minutes.
@@ -149,14 +151,14 @@ def reserve_plan(work: WorkDep, plan_id: Key, reserve: ReserveRequest) -> Plan:
     return holding.reserve(work, plan_id, reserve)
 
 
-@router.post("/plans/{plan_id}/release", tags=["plans"], responses=errors(404, 409))
-def release_plan(work: WorkDep, plan_id: Key) -> Plan:
+@router.post("/plans/{plan_id}/release", tags=["plans"], responses=errors(404, 409, 412))
+def release_plan(work: SeenDep, plan_id: Key) -> Plan:
     """Hold the pieces of a plan no longer. Masses in g, stock in pieces."""
     return holding.release(work, plan_id)
 
 
-@router.post("/plans/{plan_id}/fitted", tags=["plans"], responses=errors(404, 409))
-def fit_plan(work: WorkDep, plan_id: Key, fitted: FittedRequest) -> Plan:
+@router.post("/plans/{plan_id}/fitted", tags=["plans"], responses=errors(404, 409, 412))
+def fit_plan(work: SeenDep, plan_id: Key, fitted: FittedRequest) -> Plan:
     """Report the masses of a plan bolted on: they leave the stock, all or none.
 
     Masses in g, positions in degrees; where `actual` differs from the plan, its predictions are made again.
@@ -164,7 +166,7 @@ def fit_plan(work: WorkDep, plan_id: Key, fitted: FittedRequest) -> Plan:
     return plans.fitted(work, plan_id, fitted)
 
 
-@router.post("/plans/{plan_id}/unfit", tags=["plans"], responses=errors(404, 409))
-def unfit_plan(work: WorkDep, plan_id: Key) -> Plan:
+@router.post("/plans/{plan_id}/unfit", tags=["plans"], responses=errors(404, 409, 412))
+def unfit_plan(work: SeenDep, plan_id: Key) -> Plan:
     """Report the masses of the fitted plan taken off: they go back to stock. Masses in g, positions in degrees."""
     return plans.unfit(work, plan_id)

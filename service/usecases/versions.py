@@ -1,0 +1,55 @@
+"""Versions: nobody changes what somebody else has changed since he looked."""
+
+from __future__ import annotations
+
+from db.documents.session import Session, SessionSummary
+from db.rows import PlanRow, SessionRow
+from db.store import Store
+from service.errors import Stale
+from service.usecases import states
+from service.usecases.work import Work
+
+
+def require_seen(work: Work, store: Store, row: SessionRow | PlanRow) -> None:
+    """The row, locked by the caller, is at the version that the request was made on, if it says so. Raises Stale."""
+    noun, version = ("plan", row.plan.version) if isinstance(row, PlanRow) else ("session", row.version)
+    if work.seen in (None, version):
+        return
+    raise Stale(
+        f"the {noun} is at version {version}, the request was made on version {work.seen}",
+        field="If-Match",
+        value=work.seen,
+        advice=f"look at the {noun} as it is now (`current`), then decide again",
+        current=row.plan if isinstance(row, PlanRow) else session_view(store, row),
+    )
+
+
+def session_view(store: Store, row: SessionRow) -> Session:
+    """A session with all its runs, corrections and plans."""
+    return Session(
+        **vars(session_summary(row)),
+        next_step=states.next_step(row.state),
+        machine=row.machine,
+        run_out=row.run_out,
+        on_rotor=row.on_rotor,
+        runs=tuple(r.run for r in store.runs(row.id)),
+        corrections=tuple(c.correction for c in store.corrections(row.id)),
+        plans=tuple(p.plan for p in store.plans(row.id)),
+        fitted_plan_id=row.fitted_plan_id,
+        version=row.version,
+    )
+
+
+def session_summary(row: SessionRow) -> SessionSummary:
+    """A session as lists show it."""
+    return SessionSummary(
+        id=row.id,
+        state=row.state,  # type: ignore[arg-type]
+        machine_id=row.machine_id,
+        machine_name=row.machine_name,
+        catalogue_id=row.catalogue_id,
+        technician=row.technician,
+        note=row.note,
+        created_at=row.created_at,
+        closed_at=row.closed_at,
+    )
