@@ -17,8 +17,8 @@ ROUNDS = 60
 """Changes at most; ten are usual."""
 SLOTS = 40
 """Pieces a plane that are looked at, where it takes more."""
-AT_ONCE = 10_000
-"""Changes of one slot that are rated between two stops."""
+CELLS = 600_000
+"""Residuals and slots that are looked at between two stops."""
 BETTER = 1e-9
 
 
@@ -33,11 +33,12 @@ def descend(
     for _ in range(ROUNDS):
         best: tuple[float, int, IntArray] | None = None
         for p, placed in enumerate(placements):
+            chunk = CELLS // (len(problem.objective.offset) + 4 * placed.most)
             for slot in range(placed.most):
                 if slot and (rows[p][slot - 1 : slot + 1] == placed.none).all():
                     break  # further empty slots are all alike
-                for cut in range(0, placed.none + 1, AT_ONCE):
-                    tried = np.arange(cut, min(cut + AT_ONCE, placed.none + 1))
+                for cut in range(0, placed.none + 1, chunk):
+                    tried = np.arange(cut, min(cut + chunk, placed.none + 1))
                     index = np.repeat(rows[p][None, :], len(tried), axis=0)
                     index[:, slot] = tried
                     values = _values(problem, placements, rows, p, index, most)

@@ -43,6 +43,8 @@ LEAST_STEP = 1e-6
 """Least height of the second level over the bound, as a part of the greatest value there is."""
 QUICK_LIST, QUICK_RATED = 100_000, 1_000_000
 """Selections of one plane, and of all, that a level may look at where it only looks for a better selection."""
+RATED_CELLS = 600_000
+"""Residuals that are computed between two stops."""
 AT_ONCE = 1e5
 """Joint selections that are looked at in one level."""
 STEP = 2.0
@@ -246,10 +248,14 @@ def _search_level(
         sums = Sums(np.concatenate([s.index for s in found]), np.concatenate([s.vector for s in found]))
         yield search.state()
         lists.append(PlaneList.of(sums, half.placements, plane.fixed))
-        yield search.state()
     joints = combine(lists, region) if search.most is None else combine_up_to(lists, region, search.most)
     for joint in joints:
-        values = evaluate(search.problem.objective, joint.vectors)
+        values = np.empty(len(joint))
+        chunk = RATED_CELLS // len(search.problem.objective.offset)
+        for cut in range(0, len(joint), chunk):
+            values[cut : cut + chunk] = evaluate(search.problem.objective, joint.vectors[cut : cut + chunk])
+            if cut + chunk < len(joint):
+                yield search.state()
         search.evaluations += len(values)
         spent += len(values)
         if spent > rated:

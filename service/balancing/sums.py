@@ -202,6 +202,7 @@ def _levels(placements: Placements, subset: IntArray, most: int, largest: int) -
             yield
         level = np.concatenate(found) if found else np.empty((0, parents.shape[1] + 1), dtype=small)
         total += len(level)
+        yield
         if total > largest:
             return levels
         levels.append(level)
