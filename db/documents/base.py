@@ -26,6 +26,8 @@ Name = Annotated[
 ]
 Text = Annotated[str, StringConstraints(max_length=2000, pattern=r"^[^\x00]*$")]
 Positive = Annotated[float, Ge(1e-9), Le(1e9)]
+Scatter = Annotated[float, Ge(1e-15), Le(1e9)]
+"""Of a displacement in m it is far below any other positive number."""
 NotNegative = Annotated[float, Ge(0), Le(1e9)]
 Finite = Annotated[float, Ge(-1e9), Le(1e9)]
 AngleDeg = Annotated[float, Ge(-360), Le(360)]

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from annotated_types import Len
 from pydantic import AwareDatetime, Field
 
-from db.documents.base import MAX_LIST, AngleDeg, Finite, Name, NotNegative, Positive, Sequence, Text, document
+from db.documents.base import MAX_LIST, AngleDeg, Finite, Name, NotNegative, Positive, Scatter, Sequence, Text, document
 from db.documents.diagnostic import Diagnostic
 
 RunKind = Literal["initial", "trial", "check", "correction"]
@@ -38,7 +38,7 @@ class RunReading:
     """Phase, degrees, in the machine's phase sense; null where there was no key-phasor."""
     speed_rpm: Positive | None = None
     """Speed, r/min, at which it was taken."""
-    scatter: Positive | None = None
+    scatter: Scatter | None = None
     """Standard deviation of the 1x vector per real component, of the mean if averaged; in the amplitude's unit."""
     overall_rms: NotNegative | None = None
     """Broadband value beside the 1x amplitude, rms, in the sensor's unit."""

@@ -49,7 +49,7 @@ FLAGS = [
     "--disable-sync",
 ]
 NAMES = ("chromium", "chromium-browser", "google-chrome")
-PATIENCE_MS = 15_000
+PATIENCE_MS = 60_000
 READINGS = 12
 APART_S = 0.02
 """Quicker than life: only what was taken since the session was opened is live."""
@@ -91,10 +91,10 @@ class Service:
         listener.bind(("127.0.0.1", self.port))
         listener.listen(64)
         self._work = bootstrap.build_work(self.settings)
-        config = uvicorn.Config(
-            create_app(self.settings, self._work), log_level="error", access_log=False, timeout_graceful_shutdown=1
-        )
-        self._server = uvicorn.Server(config)
+        app = create_app(self.settings, self._work)
+        config = uvicorn.Config(app, log_level="error", access_log=False, timeout_graceful_shutdown=5)
+        self._server = server = uvicorn.Server(config)
+        app.state.ending = lambda: server.should_exit  # as when it is served for real: streams end in order
         self._thread = threading.Thread(target=self._server.run, kwargs={"sockets": [listener]}, daemon=True)
         self._thread.start()
         httpx2.get(f"{self.address}/health", timeout=30).raise_for_status()

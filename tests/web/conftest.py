@@ -1,4 +1,7 @@
-"""One browser for all tests of pages, a service and a simulated drum for each module."""
+"""A browser, a service and a simulated drum for each module of tests.
+
+No browser outlives its module: while one is open, its event loop counts as running in every test of the process.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from playwright.sync_api import Browser
 from tests.web.browser import Bench, Service, Tablet, browsing
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     """A browser; skips where none is installed."""
     with browsing() as opened:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser
 
-from tests.web.browser import LYING, UPRIGHT, Bench, Service, Tablet, browsing
+from tests.web.browser import LYING, UPRIGHT, Bench, Service, Tablet
 
 
 @dataclass
@@ -24,15 +24,14 @@ class Stocked:
 
 
 @pytest.fixture(scope="module")
-def stocked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stocked]:
-    with browsing() as browser:
-        service = Service(f"sqlite:///{tmp_path_factory.mktemp('pages') / 'drumtrue.db'}")
-        bench = Bench(service)
-        machine, box = bench.machine(), bench.box()
-        for _ in range(2):
-            session = balanced(bench, machine, box)
-        yield Stocked(browser, service, machine, box, session)
-        service.stop()
+def stocked(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stocked]:
+    service = Service(f"sqlite:///{tmp_path_factory.mktemp('pages') / 'drumtrue.db'}")
+    bench = Bench(service)
+    machine, box = bench.machine(), bench.box()
+    for _ in range(2):
+        session = balanced(bench, machine, box)
+    yield Stocked(browser, service, machine, box, session)
+    service.stop()
 
 
 def balanced(bench: Bench, machine: str, box: str) -> str:
