@@ -142,6 +142,24 @@ class Store:
         """Stops of a session to change masses, in order."""
         return self._numbered(StopRow, session_id)
 
+    def import_session(
+        self, session: Mapping[str, Any], parts: Mapping[type[Base], Sequence[Mapping[str, Any]]], told: dict[str, Any]
+    ) -> None:
+        """Store a session of another service with its parts, as they are; a closed one is sealed.
+
+        Past the ORM: its version and its history are not those of this service. told: what the one entry tells.
+        """
+        session_id = str(session["id"])
+        self._session.execute(insert(SessionRow), [dict(session)])
+        for kind, rows in parts.items():
+            if rows:
+                self._session.execute(insert(kind), [{**row, "session_id": session_id} for row in rows])
+        stream(self._session, (session_id, session["machine_id"]))
+        if self._history is not None:
+            self._history.note("imported", SessionRow.__tablename__, session_id, told, session_id=session_id)
+            if session["state"] == "closed":
+                self._history.seal(session_id)
+
     # ------------------------------------------------------------ influence
     def influences(self, machine_id: str) -> Sequence[InfluenceRow]:
         """What a machine's coefficients were, latest first."""

@@ -24,6 +24,7 @@ def document(cls: type[T]) -> type[T]:
 Name = Annotated[
     str, StringConstraints(min_length=1, max_length=100, strip_whitespace=True, pattern=r"^[^\x00-\x1f\x7f]*$")
 ]
+Key = Annotated[str, StringConstraints(pattern=r"^[0-9A-Za-z_.-]{1,32}$")]
 Text = Annotated[str, StringConstraints(max_length=2000, pattern=r"^[^\x00]*$")]
 Positive = Annotated[float, Ge(1e-9), Le(1e9)]
 Scatter = Annotated[float, Ge(1e-15), Le(1e9)]

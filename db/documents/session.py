@@ -5,11 +5,14 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated, Literal
 
-from db.documents.base import MAX_LIST, AngleDeg, Name, Positive, Text, document
+from pydantic import AwareDatetime
+
+from db.documents.base import MAX_LIST, AngleDeg, Count, Key, Name, Positive, Text, document
 from db.documents.correction import Correction
 from db.documents.machine import Catalogue, Machine
 from db.documents.plan import Plan
 from db.documents.run import Run, RunOut
+from db.documents.stop import Stop
 
 SessionState = Literal["open", "corrected", "planned", "fitted", "checked", "closed"]
 
@@ -119,6 +122,32 @@ class EarlierBox:
 
 
 @document
+class SessionRecord:
+    """What a service keeps of a session beside its answers: with it another one can store the session."""
+
+    state: SessionState
+    """open, corrected, planned, fitted, checked or closed."""
+    machine_id: Key
+    """Machine."""
+    catalogue_id: Key | None
+    """Box of stock masses."""
+    technician: Name | None
+    """Who balances."""
+    note: Text | None
+    """Anything worth knowing."""
+    fitted_plan_id: Key | None
+    """The plan that is bolted on."""
+    stops: tuple[Stop, ...]
+    """Stops of the machine to change masses, in order."""
+    version: Count
+    """Counts the changes of the session and of its runs, corrections and plans."""
+    created_at: AwareDatetime
+    """When it was opened, UTC."""
+    closed_at: AwareDatetime | None
+    """When it was closed, UTC."""
+
+
+@document
 class SessionLog:
     """All that is needed to find a session's answers again, without the service."""
 
@@ -144,3 +173,5 @@ class SessionLog:
     """The corrections, in order, with what was asked for."""
     plans: tuple[Plan, ...] = ()
     """The plans, in order, with what was asked for."""
+    record: SessionRecord | None = None
+    """What else is stored of the session; an import needs it, an answer does not."""

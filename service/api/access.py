@@ -70,6 +70,7 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "unfit_plan",
         ),
     ),
+    (KEEPERS, ("import_session",)),
     # Pages
     (
         EVERYONE,

@@ -180,6 +180,32 @@ def retain(
 
 
 @app.command()
+def export(
+    to: Annotated[Path, typer.Option("--to", dir_okay=False, help="New file, JSON Lines: a session log a line.")],
+    session: Annotated[list[str] | None, typer.Argument(help="Identifiers of sessions.")] = None,
+    every: Annotated[bool, typer.Option("--all", help="All sessions there are.")] = False,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Write sessions to a file that `import` stores elsewhere and, one session, `solve` solves again."""
+    from service.cli.archiving import export_sessions
+
+    if every == bool(session):
+        raise typer.BadParameter("name sessions, or --all", param_hint="SESSION")
+    export_sessions(session or [], to, database_url)
+
+
+@app.command("import")
+def import_(
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A file that `drumtrue export` wrote.")],
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Store the sessions of a file, all or none; machines and boxes are found by name or created, stock stays."""
+    from service.cli.archiving import import_sessions
+
+    import_sessions(file, database_url)
+
+
+@app.command()
 def solve(
     file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A session log, as GET /sessions/ID/log.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,

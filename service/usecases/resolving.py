@@ -9,8 +9,6 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
-from pydantic import ValidationError
-
 from db.documents.base import document, read_json
 from db.documents.correction import Correction, CorrectionRequest
 from db.documents.machine import CatalogueItem
@@ -18,8 +16,8 @@ from db.documents.plan import Plan, PlanInputs, PlanRequest
 from db.documents.session import SessionLog
 from service.errors import InvalidInput
 from service.usecases.differing import differences
+from service.usecases.log_rules import checked, not_a_log
 from service.usecases.posing import Ground
-from service.usecases.rules import check_as_found, check_catalogue, check_masses, normalised, sensor_index
 from service.usecases.selecting import refitted, solve_plan
 from service.usecases.solving import solve_correction
 from service.version import __version__
@@ -48,17 +46,8 @@ def read_log(text: str | bytes) -> SessionLog:
     try:
         log = read_json(SessionLog, json.dumps(_completed(json.loads(text)), allow_nan=True))
     except (ValueError, RecursionError) as wrong:
-        raise _not_a_log(wrong) from None
-    machine = normalised(log.machine)
-    for box in (log.catalogue, *(earlier.catalogue for earlier in log.earlier_boxes)):
-        if box is not None:
-            check_catalogue(box)
-    for index, run in enumerate(log.runs):
-        check_masses(machine, run.masses, f"runs[{index}].masses")
-        for place, reading in enumerate(run.readings):
-            sensor_index(machine, reading.sensor, f"runs[{index}].readings[{place}].sensor")
-    check_as_found(machine, log.on_rotor)
-    return replace(log, machine=machine)
+        raise not_a_log(wrong) from None
+    return checked(log)
 
 
 def resolve(log: SessionLog, monotonic: Callable[[], float] = time.monotonic, *, tolerance: float = SAME) -> Resolved:
@@ -198,21 +187,3 @@ def _completed(log: Any) -> Any:
             run = {**given, **run}
         runs.append(run)
     return {"version": __version__, **log, "runs": runs}
-
-
-def _not_a_log(wrong: ValueError | RecursionError) -> InvalidInput:
-    if isinstance(wrong, ValidationError):
-        first = wrong.errors(include_url=False, include_context=False)[0]
-        field = ".".join(str(part) for part in first["loc"])
-        return InvalidInput(
-            f"{field or 'the log'}: {first['msg']}",
-            code="invalid_log",
-            field=field,
-            value=first.get("input") if not isinstance(first.get("input"), dict | list) else None,
-            advice="see docs/log.md for the fields of a session log",
-        )
-    return InvalidInput(
-        f"the file is no JSON: {wrong}",
-        code="invalid_log",
-        advice="give the document that `GET /sessions/{id}/log` answers",
-    )

@@ -6,7 +6,15 @@ from collections.abc import Sequence
 
 from db.documents.machine import Catalogue
 from db.documents.plan import Plan
-from db.documents.session import EarlierBox, Session, SessionLog, SessionPatch, SessionRequest, SessionSummary
+from db.documents.session import (
+    EarlierBox,
+    Session,
+    SessionLog,
+    SessionPatch,
+    SessionRecord,
+    SessionRequest,
+    SessionSummary,
+)
 from db.rows import CatalogueRow, MachineRow, SessionRow
 from db.store import Store
 from service.errors import Conflict
@@ -96,23 +104,31 @@ def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
 
 
 def log(work: Work, session_id: str) -> SessionLog:
-    """The session as one document that gives its answers again. Raises NotFound."""
+    """The session as one document that gives its answers again, and can be imported. Raises NotFound."""
     with work.read() as store:
-        row = require(store, SessionRow, session_id)
-        view = session_view(store, row)
-        box = None if row.catalogue_id is None else require(store, CatalogueRow, row.catalogue_id)
-        return SessionLog(
-            version=__version__,
-            session_id=row.id,
-            machine=row.machine,
-            catalogue=None if box is None else Catalogue(name=box.name, items=box.items),
-            earlier_boxes=_earlier_boxes(store, row, view.plans),
-            run_out=row.run_out,
-            on_rotor=row.on_rotor,
-            runs=view.runs,
-            corrections=view.corrections,
-            plans=view.plans,
-        )
+        return log_of(store, require(store, SessionRow, session_id))
+
+
+def log_of(store: Store, row: SessionRow) -> SessionLog:
+    """The document of a stored session."""
+    view = session_view(store, row)
+    box = None if row.catalogue_id is None else require(store, CatalogueRow, row.catalogue_id)
+    return SessionLog(
+        version=__version__,
+        session_id=row.id,
+        machine=row.machine,
+        catalogue=None if box is None else Catalogue(name=box.name, items=box.items),
+        earlier_boxes=_earlier_boxes(store, row, view.plans),
+        run_out=row.run_out,
+        on_rotor=row.on_rotor,
+        runs=view.runs,
+        corrections=view.corrections,
+        plans=view.plans,
+        record=SessionRecord(
+            stops=tuple(stop.stop for stop in store.stops(row.id)),
+            **{name: getattr(row, name) for name in SessionRecord.__dataclass_fields__ if name != "stops"},
+        ),
+    )
 
 
 def _earlier_boxes(store: Store, row: SessionRow, plans: Sequence[Plan]) -> tuple[EarlierBox, ...]:

@@ -173,8 +173,9 @@ def balance(recorder: Recorder, session: str) -> None:
     check = run_body("check", on_rotor(fitted), 0.002 - 0.001j)
     del check["masses"]  # they default to the fitted plan
     recorder.ask("POST", f"/sessions/{session}/runs", check)
-    for part in ("", "/log", "/report.json"):
+    for part in ("", "/report.json"):
         recorder.ask("GET", f"/sessions/{session}{part}")
+    recorder.ask("POST", "/sessions/import", recorder.ask("GET", f"/sessions/{session}/log"))
 
 
 def look_back(recorder: Recorder, machine: str, session: str) -> None:

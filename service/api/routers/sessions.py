@@ -15,7 +15,7 @@ from db.documents.session import Session, SessionLog, SessionPatch, SessionReque
 from db.documents.stock import ReserveRequest
 from service.api.dependencies import Key, Limit, Offset, SeenDep, WorkDep, errors
 from service.api.routing import StrictRoute
-from service.usecases import corrections, holding, influence, plans, reports, runs, sessions
+from service.usecases import corrections, holding, importing, influence, plans, reports, runs, sessions
 
 router = APIRouter(route_class=StrictRoute)
 
@@ -61,6 +61,16 @@ def change_session(work: SeenDep, session_id: Key, patch: SessionPatch) -> Sessi
 def get_log(work: WorkDep, session_id: Key) -> SessionLog:
     """The session as one document that `drumtrue solve` takes as it is. Units as in `get_session`."""
     return sessions.log(work, session_id)
+
+
+@router.post("/sessions/import", status_code=201, tags=["sessions"], responses=errors(409))
+def import_session(work: WorkDep, log: SessionLog) -> Session:
+    """Store a session of another service from its log, with its identifiers, state and version; stock is not touched.
+
+    Machine and boxes are found by identifier or name, or created, boxes empty. The same log again changes nothing;
+    another session under the same identifier is refused. Units as in `get_session`: g, degrees, sensors' units.
+    """
+    return importing.import_one(work, log)
 
 
 @router.get("/sessions/{session_id}/report.json", tags=["sessions"], responses=errors(404))
