@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from datetime import datetime
 from typing import Any
 
+from psycopg.pq import TransactionStatus
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.orm import Session
@@ -19,11 +20,19 @@ from db.store import Store
 BUSY_TIMEOUT_MS = 15_000
 
 
+class Undone(Exception):
+    """The engine refused a statement, the block caught the error and went on: all of the unit was undone with it.
+
+    Catch around the unit of work, or around `Store.part()`, which is undone by itself.
+    """
+
+
 class Database:
     """Units of work over one engine.
 
-    `write()` commits when its block ends and rolls back when it raises; on SQLite it takes the write lock at once, so
-    that two writers queue instead of failing half-way. `read()` never commits.
+    `write()` commits when its block ends and rolls back when it raises; what it could not commit raises `Undone`. On
+    SQLite it takes the write lock at once, so that two writers queue instead of failing half-way. `read()` never
+    commits.
 
     Threads of one process queue for SQLite's write lock here: SQLite itself would have them sleep and try again, up to
     a tenth of a second at a time, whoever came first.
@@ -48,6 +57,7 @@ class Database:
             with self._queue(), session.begin():
                 history = History(session, actor, now)
                 yield Store(session, history)
+                _require_alive(session)
                 history.finish()
                 self.notices.announce(session)
             self.notices.tell(session)
@@ -73,6 +83,16 @@ class Database:
         """Let go of all connections."""
         self.notices.close()
         self.engine.dispose()
+
+
+def _require_alive(session: Session) -> None:
+    """Raise Undone where nothing can be committed: PostgreSQL takes COMMIT for ROLLBACK then, silently."""
+    alive = session.is_active
+    if alive and session.get_bind().dialect.name == "postgresql":
+        driver: Any = session.connection().connection.driver_connection
+        alive = driver.info.transaction_status != TransactionStatus.INERROR
+    if not alive:
+        raise Undone("a statement of this unit of work was refused, and all of it undone: nothing was stored")
 
 
 def _engine(url: str) -> Engine:

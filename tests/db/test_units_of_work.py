@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import threading
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
 from sqlalchemy.exc import IntegrityError, StatementError
 
+from db.database import Undone
 from db.rows import CatalogueRow, SourceRow
 from tests.api.workshop import Workshop
 
@@ -30,6 +33,32 @@ def test_a_unit_of_work_is_stored_whole_or_not_at_all(shop: Workshop) -> None:
     with shop.work.write() as store:
         store.add(box())
     assert shop.count("catalogue") == 1
+
+
+def test_a_refusal_that_is_passed_over_is_told_and_nothing_stored(shop: Workshop) -> None:
+    def pass_over() -> None:
+        with shop.work.write() as store:
+            store.add(box("there"))
+            with suppress(IntegrityError):
+                store.add(SourceRow(name="bridge", machine_id="there", bound_at=NOON))
+
+    with pytest.raises(Undone, match="nothing was stored"):
+        pass_over()
+    assert (shop.count("catalogue"), shop.count("audit")) == (0, 0)
+
+
+def test_a_part_that_is_refused_is_undone_by_itself_and_the_rest_stored_and_told(shop: Workshop) -> None:
+    machine = shop.machine()
+    with shop.work.database.notices.waiting([machine], (heard := threading.Event()).set), shop.work.write() as store:
+        store.add(SourceRow(name="bridge", machine_id=machine, bound_at=NOON))
+        with suppress(IntegrityError), store.part():
+            store.add(SourceRow(name="other", machine_id="none", bound_at=NOON))
+    assert heard.is_set()
+    with shop.work.read() as store:
+        assert [row.name for row in store.sources()] == ["bridge"]
+        assert [entry.key for entry in store.history(10, 0, kind="source")] == ["bridge"], (
+            "history of what is not there"
+        )
 
 
 def test_reading_stores_nothing(shop: Workshop) -> None:
