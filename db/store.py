@@ -66,10 +66,10 @@ class Store:
         return self._session.get(kind, key, with_for_update=True, populate_existing=True)
 
     @contextmanager
-    def part(self, actor: str) -> Iterator[None]:
-        """A part of a unit that writes, for another actor, which is undone by itself where its block raises."""
+    def part(self, actor: str | None = None) -> Iterator[None]:
+        """A part of a unit that writes, maybe for another actor, which is undone by itself where its block raises."""
         assert self._history is not None, "a unit that only looks has no parts"  # noqa: S101
-        with self._session.begin_nested(), self._history.part(actor):
+        with self._history.part(actor), self._session.begin_nested():
             yield
 
     def flush(self) -> None:
