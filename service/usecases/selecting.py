@@ -130,7 +130,9 @@ def _counting(posed: Posed, message: str) -> str:
     kept = len(posed.ground.inputs.present) if posed.request.base == "present" else 0
     if posed.request.mode == "best" or not kept:
         return message
-    return f"{message} (pieces besides the {kept} that stay{'s' * (kept == 1)})"
+    if kept == 1:
+        return f"{message} (pieces besides the 1 that stays)"
+    return f"{message} (pieces besides the {kept} that stay)"
 
 
 def _distinct(first: Offer, others: Sequence[Offer]) -> tuple[Offer, ...]:

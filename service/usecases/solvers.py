@@ -200,7 +200,8 @@ def _others(problem: SelectionProblem, state: ExactState, uncertainty: float) ->
         message = f"stopped before the proof: up to {gap:.3g} better is not excluded"
         if state.proved:
             status = "optimal"
-            message = f"proved: no more than {rank} selection{'s' * (rank > 1)} within the limits can be better"
+            better = "1 selection" if rank == 1 else f"{rank} selections"
+            message = f"proved: no more than {better} within the limits can be better"
         elif gap <= uncertainty:
             status = "within_uncertainty"
             message = f"no selection can be better by more than {gap:.3g}, less than can be measured"

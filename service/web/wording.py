@@ -12,8 +12,20 @@ from functools import cache, lru_cache
 from service.web.language import N_, messages, translations
 from service.web.numbers import COMMA
 
-NOUNS = (N_("run"), N_("runs"), N_("plane"), N_("planes"), N_("sensor"), N_("sensors"), N_("and"), N_("degrees"))
-"""Words that stand in values: run 3, plane 2."""
+NOUNS = (
+    *(N_("run"), N_("runs"), N_("plane"), N_("planes"), N_("sensor"), N_("sensors"), N_("and"), N_("degrees")),
+    *(N_("machine"), N_("catalogue"), N_("session"), N_("source"), N_("correction"), N_("plan"), N_("trial")),
+    *(N_("proposed"), N_("fitted"), N_("unfitted"), N_("open"), N_("corrected"), N_("planned"), N_("checked")),
+    *(N_("closed"), N_("selection"), N_("selections"), N_("hole")),
+)
+"""Words that stand in values: run 3, plane 2; a plan that is fitted."""
+JOINED = (
+    *(N_("the best selection"), N_("{0}, or with {1}"), N_("{0}, or with {1} other pieces")),
+    *(N_("{0} gave nothing in {1}, and without it {2}"), N_("there was no time to try every other change")),
+)
+"""Texts that are put together from others."""
+APART = "; "
+"""Between the sentences of a reason."""
 _PLACE = re.compile(r"\\\{\d+\\\}")
 """A place for a value, once the text is escaped for a pattern."""
 _NOUN = re.compile(rf"\b({'|'.join(NOUNS)})\b")
@@ -32,13 +44,21 @@ def _translated(told: str, language: str) -> str:
     exact = translations(language).gettext(told) if told else told
     if exact != told:
         return exact
-    for pattern, wanted in _patterns(language):
-        if match := pattern.fullmatch(told):
-            return wanted.format(*(_value(text, language) for text in match.groups()))
-    return told
+    matches = ((pattern.fullmatch(told), wanted) for pattern, wanted in _patterns(language))
+    found = [(match.groups(), wanted) for match, wanted in matches if match]
+    whole = next((one for one in found if not any(APART in value for value in one[0])), None)
+    if whole is None and APART in told:
+        return APART.join(_translated(part, language) for part in told.split(APART))
+    if whole is None:
+        return told
+    values, wanted = whole
+    return wanted.format(*(_value(text, language) for text in values))
 
 
 def _value(text: str, language: str) -> str:
+    """A value: a text of the catalogue itself, or a name or a number with nouns."""
+    if " " in text and (inner := _translated(text, language)) != text:
+        return inner
     named = _NOUN.sub(lambda noun: translations(language).gettext(noun.group(1)), text)
     return _POINT.sub(",", named) if language in COMMA else named
 

@@ -197,13 +197,13 @@ def coefficients(report: Report, reader: Reader) -> tuple[Part, ...]:
 
 def findings(report: Report, reader: Reader) -> tuple[Part, ...]:
     """What the runs say of themselves, worst first."""
-    _ = reader.gettext
+    _, told = reader.gettext, reader.words
     if not report.influence:
         return (Lines((_("Not examined: that needs runs with phase that determine the influence coefficients."),)),)
     if not report.diagnostics:
         return (Lines((_("Nothing speaks against the runs."),)),)
     grave = {"error": _("error"), "warning": _("warning"), "info": _("note")}
-    return (Lines(tuple(f"{grave[d.severity]}: {_(d.message)}. {_(d.advice)}" for d in report.diagnostics)),)
+    return (Lines(tuple(f"{grave[d.severity]}: {told(d.message)}. {told(d.advice)}" for d in report.diagnostics)),)
 
 
 def _phased(run: Run) -> bool:

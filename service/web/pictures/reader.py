@@ -10,6 +10,7 @@ from service.web.language import translations
 from service.web.numbers import MINUS
 from service.web.preferences import Preferences
 from service.web.units import Unit
+from service.web.wording import words
 
 
 class Reader:
@@ -22,6 +23,10 @@ class Reader:
     def gettext(self, message: str) -> str:
         """The message in the reader's language; %(name)s are for the caller to fill in."""
         return translations(self.preferences.language).gettext(message)
+
+    def words(self, told: str) -> str:
+        """What a use case says, as a sentence in the reader's language, without a full stop."""
+        return words(told, self.preferences.language)
 
     def number(self, value: float, digits: int = 3) -> str:
         """A number, noughts after its decimal sign cut off."""
