@@ -40,7 +40,8 @@ def send(shop: Workshop, session: str, path: str, *, status: int = 303, **fields
     stamp = re.search(r'name="stamp" value="(\w+)"', page)
     sent = {"stamp": stamp.group(1) if stamp else "", **fields}
     answer = shop.client.post(f"/sessions/{session}/{path}", data=sent, headers=GERMAN, follow_redirects=False)
-    assert answer.status_code == status, answer.text[:2000]
+    fault = re.findall(r"class=\"fault[^>]*>([^<]*)", answer.text)
+    assert answer.status_code == status, (path, fault)
     assert english(answer.text) == [], path
     return str(answer.text)
 

@@ -71,7 +71,7 @@ def make_plan(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
         objective=OBJECTIVES[objective],
         mode=MODES[mode],
         max_masses_per_plane=most,
-        alternatives=ALTERNATIVES,
+        alternatives=ALTERNATIVES if mode == "best" else 0,
         time_limit_s=TIME_LIMIT_S,
     )
     return _proposed(page, guide, form, request)
