@@ -7,7 +7,7 @@ from db.rows import PlanRow, SessionRow
 from db.store import Store
 from service.errors import Stale
 from service.usecases import states
-from service.usecases.work import Work
+from service.usecases.work import Work, require
 
 
 def require_seen(work: Work, store: Store, row: SessionRow | PlanRow) -> None:
@@ -22,6 +22,12 @@ def require_seen(work: Work, store: Store, row: SessionRow | PlanRow) -> None:
         advice=f"look at the {noun} as it is now (`current`), then decide again",
         current=row.plan if isinstance(row, PlanRow) else session_view(store, row),
     )
+
+
+def hold(work: Work, session_id: str) -> None:
+    """Keep a session as it is until the unit of work under way ends. Raises NotFound, Stale."""
+    with work.write() as store:
+        require_seen(work, store, require(store, SessionRow, session_id, lock=True))
 
 
 def session_view(store: Store, row: SessionRow) -> Session:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fastapi import Depends, FastAPI, Request, Response
 
 from service.web import assets, problems
+from service.web.doing import Done, Stale
 from service.web.form_tokens import require_form_token
 from service.web.routers import (
     api_document,
@@ -46,9 +47,10 @@ def install(app: FastAPI) -> None:
     for router in (assets.router, *ROUTERS):
         app.include_router(router, include_in_schema=False, dependencies=[Depends(require_form_token)])
     problems.install(app)
-    app.add_exception_handler(guiding.Stale, _stale)
+    for kind in (Stale, Done):
+        app.add_exception_handler(kind, _answered)
 
 
-def _stale(_request: Request, error: Exception) -> Response:
-    assert isinstance(error, guiding.Stale)  # noqa: S101
+def _answered(_request: Request, error: Exception) -> Response:
+    assert isinstance(error, Stale | Done)  # noqa: S101
     return error.answer()

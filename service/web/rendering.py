@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import uuid
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
@@ -18,6 +19,8 @@ from service.web.language import translations
 from service.web.preferences import COOKIE, LANGUAGES, Preferences
 from service.web.wording import words
 
+FORM_KEY = "form_key"
+"""The field with which a form is known when it is sent again."""
 HEADERS = {
     # Nothing from anywhere else, no script or style in the page itself: what a page shows cannot be made to run.
     "content-security-policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
@@ -97,7 +100,8 @@ class Page:
 
     def hidden_fields(self) -> Markup:
         """Fields that every form of the page carries unseen."""
-        return Markup('<input type="hidden" name="{}" value="{}">').format(FIELD, self.form_token.text)
+        field = Markup('<input type="hidden" name="{}" value="{}">')
+        return field.format(FIELD, self.form_token.text) + field.format(FORM_KEY, uuid.uuid4().hex)
 
 
 PageDep = Annotated[Page, Depends(Page)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import uuid
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,7 +51,6 @@ def show(
         active=shown == guide.step and guide.session.state != "closed",
         steps=[(name, TITLES[name], guide.place(name), guide.reached(name)) for name in STEPS],
         form=form or Form(language=page.language),
-        form_key=uuid.uuid4().hex,
         notice=notice,
         hole_at=lambda mass: hole_at(guide.plane(mass.plane), mass.angle_deg),
         force=lambda plane, grams: force(guide.session.machine, plane, grams),

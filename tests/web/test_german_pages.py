@@ -100,4 +100,3 @@ def test_a_german_session_with_findings_and_refusals_says_nothing_in_english(sho
     send(shop, key, "close")
     look(shop, f"/sessions/{key}")
     send(shop, key, "runs", status=409)
-

@@ -10,6 +10,7 @@ from fastapi.responses import HTMLResponse, Response
 from db.documents.machine import Catalogue, CatalogueItem, CataloguePatch, Pieces
 from service.errors import DrumtrueError
 from service.usecases import catalogues
+from service.web.doing import done
 from service.web.forms import Form, TypedDep
 from service.web.language import N_
 from service.web.rendering import Page, PageDep
@@ -49,8 +50,8 @@ def store_box(page: PageDep, typed: TypedDep) -> Response:
         form.wrong("items[0].mass_g", N_("Fill in this field."))
     if form.ok and name is not None:
         try:
-            stored = catalogues.create(page.work, Catalogue(name=name, items=items))
-            return page.goto(f"/boxes/{stored.id}")
+            box = Catalogue(name=name, items=items)
+            return done(page, typed, lambda work: f"/boxes/{catalogues.create(work, box).id}")
         except DrumtrueError as error:
             form.refused(error)
     return _form(page, form, 422)
@@ -78,8 +79,7 @@ def book_box(page: PageDep, typed: TypedDep, box_id: Key) -> Response:
     if form.ok:
         try:
             patch = CataloguePatch(received=tuple(received), counted=tuple(counted))
-            catalogues.change(page.work, box_id, patch)
-            return page.goto(f"/boxes/{box_id}")
+            return done(page, typed, lambda work: f"/boxes/{catalogues.change(work, box_id, patch).id}")
         except DrumtrueError as error:
             form.refused(error)
     return _box(page, box_id, form, 422)

@@ -8,41 +8,25 @@ from fastapi import APIRouter, Depends, Path
 from fastapi.responses import HTMLResponse, Response
 
 from db.documents.session import SessionPatch, SessionRequest
-from service.errors import Conflict, DrumtrueError
+from service.errors import DrumtrueError
 from service.usecases import catalogues, machines, sessions
+from service.usecases.work import Work
 from service.web import steps
+from service.web.doing import done, done_in, require_fresh
 from service.web.forms import Form, TypedDep
 from service.web.guide import STEPS, Guide, look
-from service.web.language import N_
 from service.web.rendering import Page, PageDep
 
 router = APIRouter(prefix="/sessions")
 
 MOST_LISTED = 200
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$")]
-CHANGED = N_(
-    "Somebody has gone on with this session meanwhile, on another tablet perhaps. What you sent was not stored. "
-    "This is how the session stands now."
-)
-
-
-class Stale(Exception):
-    """A form was sent from a page that shows an older state of the session."""
-
-    def __init__(self, page: Page, guide: Guide, typed: dict[str, str]) -> None:
-        self.page, self.guide, self.typed = page, guide, typed
-
-    def answer(self) -> HTMLResponse:
-        """The newer state, with what was typed kept where its form is still there."""
-        form = Form(self.typed, self.page.language)
-        return steps.show(self.page, self.guide, form=form, status=409, notice=self.page.text(CHANGED), typing=True)
 
 
 def fresh(page: PageDep, session_id: Key, typed: TypedDep) -> Guide:
-    """The session, once the form is known to be of its present state. Raises Stale."""
+    """The session, once the form is known to be of its present state. Raises Stale, Done."""
     guide = look(page.work, session_id)
-    if typed.get("stamp") != guide.stamp:
-        raise Stale(page, guide, typed)
+    require_fresh(page, guide, typed)
     return guide
 
 
@@ -64,7 +48,7 @@ def begin_session(page: PageDep, typed: TypedDep) -> Response:
     if form.ok and machine is not None:
         request = SessionRequest(machine_id=machine, catalogue_id=box, technician=technician, note=note)
         try:
-            return page.goto(f"/sessions/{sessions.open_on(page.work, request).id}")
+            return done(page, typed, lambda work: f"/sessions/{sessions.open_on(work, request).id}")
         except DrumtrueError as error:
             form.refused(error)
     return _opening(page, form, 422)
@@ -102,19 +86,22 @@ def choose_box(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     box = form.text("catalogue_id", required=True)
     if box is None:
         return steps.show(page, guide, form=form, status=422)
-    return changed(page, guide, form, SessionPatch(catalogue_id=box))
+    return changed(page, guide, typed, SessionPatch(catalogue_id=box))
 
 
 @router.post("/{session_id}/close")
 def close_session(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """The session is finished."""
-    return changed(page, guide, Form(typed, page.language), SessionPatch(state="closed"))
+    return changed(page, guide, typed, SessionPatch(state="closed"))
 
 
-def changed(page: Page, guide: Guide, form: Form, patch: SessionPatch) -> Response:
+def changed(page: Page, guide: Guide, typed: dict[str, str], patch: SessionPatch) -> Response:
     """The session with a change, shown where it stands then."""
+
+    def change(work: Work) -> str:
+        return f"/sessions/{sessions.change(work, guide.session.id, patch).id}"
+
     try:
-        sessions.change(page.work, guide.session.id, patch)
-    except Conflict as error:
-        return steps.refused(page, guide, form, error)
-    return page.goto(f"/sessions/{guide.session.id}")
+        return done_in(page, guide, typed, change)
+    except DrumtrueError as error:
+        return steps.refused(page, guide, Form(typed, page.language), error)

@@ -13,6 +13,7 @@ from db.documents.machine import Machine
 from service.errors import DrumtrueError
 from service.usecases import machines, sessions
 from service.web import machine_forms, trends
+from service.web.doing import done
 from service.web.forms import Form, TypedDep
 from service.web.rendering import Page, PageDep
 
@@ -44,8 +45,9 @@ def store_machine(page: PageDep, typed: TypedDep) -> Response:
     machine = machine_forms.read(page, form)
     if machine is not None:
         try:
-            stored = machines.create(page.work, _checked(machine))
-            return page.goto(f"/sessions/new?machine={stored.id}" if then == "session" else f"/machines/{stored.id}")
+            described = _checked(machine)
+            on = "/sessions/new?machine=" if then == "session" else "/machines/"
+            return done(page, typed, lambda work: f"{on}{machines.create(work, described).id}")
         except (DrumtrueError, ValidationError) as refused:
             _refused(form, refused)
     return _form(page, form, then=then, status=422)

@@ -14,7 +14,9 @@ from db.documents.plan import BlockedPosition, Mode, ObjectiveName, PlanRequest
 from db.documents.run import MassOnRotor
 from service.errors import DrumtrueError
 from service.usecases import catalogues, corrections, plans
+from service.usecases.work import Work
 from service.web import illustrations, steps
+from service.web.doing import done_in, done_on
 from service.web.forms import Form, TypedDep
 from service.web.guide import Guide, look
 from service.web.rendering import Page, PageDep
@@ -49,11 +51,16 @@ def make_correction(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response
         return steps.show(page, guide, form=form, status=422)
     if source == "fit" and not any(r.phase_deg is not None for run in guide.used for r in run.readings):
         source = "amplitude_only"
+    request = CorrectionRequest(source=SOURCES[source], masses=masses)
+
+    def compute(work: Work) -> str:
+        corrections.add(work, guide.session.id, request)
+        return f"/sessions/{guide.session.id}/step/correction"
+
     try:
-        corrections.add(page.work, guide.session.id, CorrectionRequest(source=SOURCES[source], masses=masses))
+        return done_in(page, guide, typed, compute)
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error)
-    return page.goto(f"/sessions/{guide.session.id}/step/correction")
 
 
 @router.post("/plans")
@@ -74,7 +81,7 @@ def make_plan(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
         alternatives=ALTERNATIVES if mode == "best" else 0,
         time_limit_s=TIME_LIMIT_S,
     )
-    return _proposed(page, guide, form, request)
+    return _proposed(page, guide, typed, form, request)
 
 
 @router.post("/plans/{plan_id}/again")
@@ -94,11 +101,11 @@ def make_plan_again(page: PageDep, guide: GuideDep, typed: TypedDep, plan_id: Pl
         return steps.show(page, guide, "plan", form=form, status=422)
     try:
         if missing is not None:
-            _strike_out(page, guide, missing)
+            done_in(page, guide, {**typed, "struck": "yes"}, lambda work: _strike_out(work, guide, missing))
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error, "plan")
     correction = guide.correction.id if guide.correction is not None else before.correction_id
-    return _proposed(page, guide, form, replace(before.request, correction_id=correction, blocked=blocked))
+    return _proposed(page, guide, typed, form, replace(before.request, correction_id=correction, blocked=blocked))
 
 
 @router.get("/plans/{plan_id}/front")
@@ -118,28 +125,37 @@ def show_front(page: PageDep, session_id: Key, plan_id: PlanKey) -> HTMLResponse
 def undo_fit(page: PageDep, guide: GuideDep, typed: TypedDep, plan_id: PlanKey) -> Response:
     """The fitted masses came off again: they go back into the box."""
     form = Form(typed, page.language)
+
+    def undo(work: Work) -> str:
+        plans.unfit(work, plan_id)
+        return f"/sessions/{guide.session.id}"
+
     try:
-        plans.unfit(page.work, plan_id)
+        return done_in(page, guide, typed, undo)
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error)
-    return page.goto(f"/sessions/{guide.session.id}")
 
 
-def _proposed(page: Page, guide: Guide, form: Form, request: PlanRequest) -> Response:
+def _proposed(page: Page, guide: Guide, typed: dict[str, str], form: Form, request: PlanRequest) -> Response:
+    def propose(work: Work) -> str:
+        plans.propose(work.having_seen(guide.session.version), guide.session.id, request)
+        return f"/sessions/{guide.session.id}/step/plan"
+
     try:
-        plans.propose(page.work, guide.session.id, request)
+        # Others measure while it is solved: the session is looked at before and after, and not held meanwhile.
+        return done_on(page, guide, typed, propose)
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error, "plan")
-    return page.goto(f"/sessions/{guide.session.id}/step/plan")
 
 
-def _strike_out(page: Page, guide: Guide, mass_g: float) -> None:
+def _strike_out(work: Work, guide: Guide, mass_g: float) -> str:
     """One piece that the box should hold is not there: book what a count would find."""
-    box = catalogues.get(page.work, guide.session.catalogue_id or "")
+    box = catalogues.get(work, guide.session.catalogue_id or "")
     item = next((one for one in box.items if abs(one.mass_g - mass_g) < 1e-9), None)
     if item is not None and item.on_hand:
         counted = (Pieces(mass_g=item.mass_g, pieces=item.on_hand - 1),)
-        catalogues.change(page.work, box.id, CataloguePatch(counted=counted))
+        catalogues.change(work, box.id, CataloguePatch(counted=counted))
+    return f"/sessions/{guide.session.id}"
 
 
 def _balancer_masses(page: Page, guide: Guide, form: Form) -> tuple[MassOnRotor, ...]:

@@ -10,12 +10,14 @@ from fastapi.responses import Response
 from db.documents.run import RunKind, RunPatch, RunReading, RunRequest, Take
 from service.errors import DrumtrueError, OutOfOrder
 from service.usecases import live, runs
+from service.usecases.work import Work
 from service.web import steps
+from service.web.doing import done_in, require_fresh
 from service.web.forms import Form, TypedDep
 from service.web.guide import Guide, look
 from service.web.language import N_
 from service.web.rendering import Page, PageDep
-from service.web.routers.guiding import GuideDep, Key, Stale
+from service.web.routers.guiding import GuideDep, Key
 
 router = APIRouter(prefix="/sessions/{session_id}/runs")
 
@@ -35,15 +37,12 @@ def type_run(page: PageDep, session_id: Key, typed: TypedDep) -> Response:
         form.wrong("speed_rpm", TOO_FAST, **_speeds(page, guide, speed))
     readings = [_reading(page, guide, form, index, speed) for index in range(len(machine.sensors))]
     stated = tuple(reading for reading in readings if reading is not None)
-    if typed.get("stamp") != guide.stamp:
-        if guide.session.runs and guide.session.runs[-1].readings == stated:
-            return page.goto(f"/sessions/{session_id}")
-        raise Stale(page, guide, typed)
+    require_fresh(page, guide, typed)
     if form.ok and not stated:
         form.wrong("readings[0].amplitude", N_("Fill in this field."))
     if not form.ok:
         return steps.show(page, guide, form=form, status=422, typing=True)
-    return _stored(page, guide, form, _request(guide, readings=stated))
+    return _stored(page, guide, typed, form, _request(guide, readings=stated))
 
 
 @router.post("/take")
@@ -61,7 +60,7 @@ def take_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
         form.wrong("", TOO_FAST, **_speeds(page, guide, fastest))
     if not form.ok or take is None:
         return steps.show(page, guide, form=form, status=422)
-    return _stored(page, guide, form, _request(guide, take=take))
+    return _stored(page, guide, typed, form, _request(guide, take=take))
 
 
 @router.post("/{run_id}/exclude")
@@ -75,11 +74,17 @@ def exclude_run(
     reason = form.text("reason", most=500) or page.text(
         N_("excluded on the page") if excluded else N_("taken in again")
     )
+
+    def change(work: Work) -> str:
+        runs.change(work, guide.session.id, run_id, RunPatch(excluded=excluded, reason=reason))
+        return f"/sessions/{guide.session.id}"
+
+    if not form.ok:
+        return steps.show(page, guide, back, form=form, status=422)
     try:
-        runs.change(page.work, guide.session.id, run_id, RunPatch(excluded=excluded, reason=reason))
+        return done_in(page, guide, typed, change)
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error, back)
-    return page.goto(f"/sessions/{guide.session.id}")
 
 
 def _reading(page: Page, guide: Guide, form: Form, index: int, speed: float | None) -> RunReading | None:
@@ -110,12 +115,15 @@ def _request(guide: Guide, *, readings: tuple[RunReading, ...] | None = None, ta
     return RunRequest(kind=kind, masses=masses, readings=readings, take=take)
 
 
-def _stored(page: Page, guide: Guide, form: Form, request: RunRequest) -> Response:
+def _stored(page: Page, guide: Guide, typed: dict[str, str], form: Form, request: RunRequest) -> Response:
+    def store(work: Work) -> str:
+        runs.add(work, guide.session.id, request)
+        return f"/sessions/{guide.session.id}"
+
     try:
-        runs.add(page.work, guide.session.id, request)
+        return done_in(page, guide, typed, store)
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error)
-    return page.goto(f"/sessions/{guide.session.id}")
 
 
 def _speeds(page: Page, guide: Guide, speed: float) -> dict[str, str]:

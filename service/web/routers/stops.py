@@ -11,8 +11,10 @@ from db.documents.plan import ActualPlacement
 from db.documents.run import MassOnRotor
 from db.documents.stop import Stop, StopPurpose, StopRequest
 from service.errors import DrumtrueError
-from service.usecases import stops
+from service.usecases import mapping, stops
+from service.usecases.work import Work
 from service.web import steps
+from service.web.doing import done_in
 from service.web.forms import Form, TypedDep
 from service.web.guide import Guide
 from service.web.language import N_
@@ -40,14 +42,14 @@ def begin_stop(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
         plan_id=form.text("plan_id"),
         alternative=alternative,
     )
-    return _then(page, guide, form, lambda: stops.begin(page.work, guide.session.id, request))
+    return _then(page, guide, typed, form, lambda work: stops.begin(work, guide.session.id, request))
 
 
 @router.post("/{number}/lock")
 def lock_machine(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """The drum stands still, the key is out, the drum is blocked."""
     form = _ticked(page, typed, LOCK)
-    return _then(page, guide, form, lambda: stops.lock(page.work, guide.session.id, number))
+    return _then(page, guide, typed, form, lambda work: stops.lock(work, guide.session.id, number))
 
 
 @router.post("/{number}/trial")
@@ -61,7 +63,7 @@ def trial_mass_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) 
     if not form.ok or grams is None or angle is None or plane is None:
         return steps.show(page, guide, form=form, status=422)
     masses = (*kept, MassOnRotor(plane=plane, mass_g=grams, angle_deg=angle))
-    return _then(page, guide, form, lambda: stops.change(page.work, guide.session.id, number, masses))
+    return _then(page, guide, typed, form, lambda work: stops.change(work, guide.session.id, number, masses))
 
 
 @router.post("/{number}/plan")
@@ -69,21 +71,21 @@ def plan_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Res
     """The masses of a plan are on: as planned, or as they were really fitted."""
     form = Form(typed, page.language)
     actual = _actual(page, guide, form) if form.ticked("differs") else None
-    return _then(page, guide, form, lambda: stops.fit(page.work, guide.session.id, number, actual))
+    return _then(page, guide, typed, form, lambda work: stops.fit(work, guide.session.id, number, actual))
 
 
 @router.post("/{number}/release")
 def release_machine(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """Bolts are torqued, tools are out, guards are on."""
     form = _ticked(page, typed, RELEASE)
-    return _then(page, guide, form, lambda: stops.release(page.work, guide.session.id, number))
+    return _then(page, guide, typed, form, lambda work: stops.release(work, guide.session.id, number))
 
 
 @router.post("/{number}/cancel")
 def cancel_stop(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """Go back before anything was changed."""
     form = Form(typed, page.language)
-    return _then(page, guide, form, lambda: stops.cancel(page.work, guide.session.id, number))
+    return _then(page, guide, typed, form, lambda work: stops.cancel(work, guide.session.id, number))
 
 
 def _ticked(page: Page, typed: dict[str, str], names: tuple[str, ...]) -> Form:
@@ -94,11 +96,14 @@ def _ticked(page: Page, typed: dict[str, str], names: tuple[str, ...]) -> Form:
     return form
 
 
-def _then(page: Page, guide: Guide, form: Form, verb: Callable[[], Stop]) -> Response:
+def _then(page: Page, guide: Guide, typed: dict[str, str], form: Form, verb: Callable[[Work], Stop]) -> Response:
+    def act(work: Work) -> str:
+        verb(work)
+        return f"/sessions/{guide.session.id}"
+
     if form.ok:
         try:
-            verb()
-            return page.goto(f"/sessions/{guide.session.id}")
+            return done_in(page, guide, typed, act)
         except DrumtrueError as error:
             return steps.refused(page, guide, form, error)
     return steps.show(page, guide, form=form, status=422)
@@ -106,8 +111,6 @@ def _then(page: Page, guide: Guide, form: Form, verb: Callable[[], Stop]) -> Res
 
 def _carried(guide: Guide) -> tuple[MassOnRotor, ...]:
     """What stays on the rotor once trial masses are off: the pieces of a fitted plan."""
-    from service.usecases import mapping
-
     return () if guide.fitted is None else mapping.masses_on_rotor(guide.fitted)
 
 
