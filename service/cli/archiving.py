@@ -9,7 +9,7 @@ from pathlib import Path
 from db.documents.base import write_json
 from db.documents.session import SessionLog
 from service import bootstrap
-from service.errors import Conflict, DrumtrueError, InvalidInput
+from service.errors import Conflict, InvalidInput
 from service.settings import Settings
 from service.usecases import importing, sessions
 from service.usecases.work import Work
@@ -57,7 +57,7 @@ def export_sessions(wanted: list[str], path: Path, database_url: str | None) -> 
 def import_sessions(path: Path, database_url: str | None) -> None:
     """Store the sessions of a file, all or none; one that is here already, and the same, stays as it is.
 
-    Raises InvalidInput or Conflict, with the line.
+    Raises InvalidInput with the line, Conflict with the session.
     """
     for _ in _logs(path):
         pass  # the whole file is read before the database is touched
@@ -81,9 +81,10 @@ def _logs(path: Path) -> Iterator[SessionLog]:
     for number, text in _documents(path):
         try:
             yield importing.read_whole_log(text)
-        except DrumtrueError as wrong:
-            wrong.message = f"{path}, line {number}: {wrong.message}"
-            raise
+        except InvalidInput as wrong:
+            said = f"{path}, line {number}: {wrong.message}"
+            told = {"code": wrong.code, "field": wrong.field, "advice": wrong.advice}
+            raise InvalidInput(said, value=wrong.value, **told) from None
 
 
 def _documents(path: Path) -> Iterator[tuple[int, bytes]]:

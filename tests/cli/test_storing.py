@@ -1,0 +1,121 @@
+"""`drumtrue backup`, `restore`, `retain`, `export` and `import`, as they are typed."""
+
+from __future__ import annotations
+
+import json
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from service.errors import Conflict, InvalidInput, NotFound
+from service.usecases import logins, tokens
+from service.usecases.work import utc_now
+from tests.api.test_readings import arrival
+from tests.api.workshop import workshop
+from tests.cli.test_tokening import ran
+from tests.engines import engine_named
+
+
+@pytest.fixture
+def url(tmp_path: Path) -> str:
+    return engine_named("sqlite").migrated(tmp_path)
+
+
+@pytest.fixture
+def empty(tmp_path: Path) -> str:
+    (folder := tmp_path / "empty").mkdir()
+    return engine_named("sqlite").migrated(folder)
+
+
+@pytest.fixture
+def sessions(url: str) -> list[str]:
+    """A closed session and an open one, and a reading."""
+    with workshop(url) as shop:
+        closed, opened = shop.session(), shop.session()
+        shop.fit(shop.planned(closed))
+        shop.ask("PATCH", f"/sessions/{closed}", {"state": "closed"})
+        shop.ask("PUT", "/sources/bridge", {"machine_id": shop.get("/machines")[0]["id"]})
+        shop.post("/readings", arrival(1))
+    return [closed, opened]
+
+
+def at(address: str) -> tuple[str, str]:
+    return ("--database-url", address)
+
+
+def test_a_backup_is_written_once_and_restored_into_what_is_empty(
+    url: str, empty: str, sessions: list[str], tmp_path: Path
+) -> None:
+    file = tmp_path / "backup.db"
+    assert "2 sessions, 1 readings" in ran("backup", str(file), *at(url))
+    with pytest.raises(Conflict, match="is there already"):
+        ran("backup", str(file), *at(url))
+    with pytest.raises(InvalidInput, match="cannot write"):
+        ran("backup", str(tmp_path / "nowhere" / "backup.db"), *at(url))
+    assert "restored 2 sessions, 1 readings" in ran("restore", str(file), *at(empty))
+    with pytest.raises(Conflict, match="holds rows already"):
+        ran("restore", str(file), *at(empty))
+    (tmp_path / "no.db").write_bytes(b"nothing of the kind" * 100)
+    with pytest.raises(InvalidInput, match="no backup that can be read"):
+        ran("restore", str(tmp_path / "no.db"), *at(empty))
+
+
+def test_a_backup_holds_neither_token_nor_cookie(url: str, tmp_path: Path) -> None:
+    with workshop(url) as shop:
+        token, text = tokens.create(shop.work, "tablet", ["technician"])
+        secrets = (text.rpartition("_")[2], logins.log_in(shop.work, text))
+        ran("backup", str(tmp_path / "backup.db"), *at(url))
+    stored = (tmp_path / "backup.db").read_bytes()
+    assert token.id.encode() in stored
+    assert not [secret for secret in secrets if secret.encode() in stored]
+
+
+def test_old_readings_are_rolled_up(url: str, sessions: list[str]) -> None:
+    old = utc_now() - timedelta(days=40)
+    with workshop(url) as shop:
+        shop.post("/readings", [{**arrival(n), "taken_at": old.isoformat()} for n in range(100, 110)])
+    assert "readings from before" in ran("retain", "--days", "30", *at(url))
+    with workshop(url) as shop:
+        assert shop.count("reading_minute") >= 1
+        assert shop.post("/readings", {**arrival(500), "taken_at": utc_now().isoformat()})["accepted"] == 1
+    assert ran("retain", "--days", "30", *at(url)).startswith("0 readings")
+
+
+def test_sessions_go_to_a_file_and_into_another_database(
+    url: str, empty: str, sessions: list[str], tmp_path: Path
+) -> None:
+    every, one = tmp_path / "all.jsonl", tmp_path / "one.json"
+    assert "2 sessions" in ran("export", "--all", "--to", str(every), *at(url))
+    assert [json.loads(line)["session_id"] for line in every.read_text().splitlines()] == sessions
+    assert "1 sessions" in ran("export", sessions[0], "--to", str(one), *at(url))
+    assert json.loads(ran("solve", str(one), "--json"))["changed"] == []
+    one.write_text(json.dumps(json.loads(one.read_text()), indent=2))
+    assert "1 sessions stored, 0 were here" in ran("import", str(one), *at(empty))
+    assert "1 sessions stored, 1 were here" in ran("import", str(every), *at(empty))
+    assert "everything is as it was written" in ran("verify", *at(empty))
+    with pytest.raises(Conflict, match="is there already"):
+        ran("export", "--all", "--to", str(every), *at(url))
+    with pytest.raises(NotFound, match="no session 'none'"):
+        ran("export", sessions[0], "none", "--to", str(tmp_path / "some"), *at(url))
+    assert not list(tmp_path.glob("some*"))
+
+
+@pytest.mark.parametrize(
+    ("second", "words"),
+    [
+        ("{", "line 2: the log: Invalid JSON"),
+        ('{"format": "drumtrue-session"}', "line 2: "),
+        ("[]", "line 2: "),
+    ],
+)
+def test_a_file_with_a_bad_line_is_refused_whole(
+    url: str, empty: str, sessions: list[str], tmp_path: Path, second: str, words: str
+) -> None:
+    file = tmp_path / "some.jsonl"
+    ran("export", sessions[0], "--to", str(file), *at(url))
+    file.write_text(file.read_text() + second + "\n")
+    with pytest.raises(InvalidInput, match=words):
+        ran("import", str(file), *at(empty))
+    with workshop(empty) as shop:
+        assert (shop.count("session"), shop.count("audit")) == (0, 0)
