@@ -116,7 +116,7 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "make_correction",
             "make_plan",
             "make_plan_again",
-            "undo_fit",
+            "masses_off",
             "new_machine",
             "store_machine",
             "edit_machine",

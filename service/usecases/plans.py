@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 
@@ -90,6 +91,18 @@ def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
     """The plan under other circumstances; nothing is stored. Raises NotFound, InvalidInput, or Conflict as `front`."""
     plan, ground = _solved(work, plan_id)
     return offers.what_if(ground, plan, request, work.monotonic)
+
+
+def expected(work: Work, plan_id: str, selections: Sequence[tuple[Placement, ...]]) -> tuple[Plan, ...]:
+    """The plan with what is to be expected of each of these selections, such as its alternatives; nothing is stored.
+
+    Raises NotFound, or OutOfOrder and Conflict where its box or its correction is not there any more.
+    """
+    with work.read() as store:
+        plan = require(store, PlanRow, plan_id).plan
+        session = require(store, SessionRow, plan.session_id)
+        ground = _ground(store, session, plan.correction_id, False, work.now())
+    return tuple(refitted(ground, plan, placements) for placements in selections)
 
 
 def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:

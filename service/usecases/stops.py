@@ -125,6 +125,19 @@ def fit(work: Work, session_id: str, number: int, actual: tuple[ActualPlacement,
     return _step(work, session_id, number, lambda stop, _: _changed(work, stop, masses))
 
 
+def bare(work: Work, session_id: str, number: int) -> Stop:
+    """State that everything is off again: the masses of a fitted plan are back in the box, the drum is as found.
+
+    Raises NotFound, OutOfOrder before the machine is locked; repeated, it does nothing.
+    """
+    with work.read() as store:
+        _require_locked(_row(store, session_id, number).stop)
+        fitted_id = require(store, SessionRow, session_id).fitted_plan_id
+    if fitted_id is not None:
+        plans.unfit(work, fitted_id)
+    return _step(work, session_id, number, lambda stop, _: _changed(work, stop, ()))
+
+
 def release(work: Work, session_id: str, number: int) -> Stop:
     """State that bolts are torqued, tools out and guards on. Raises NotFound, OutOfOrder before masses are stated."""
 

@@ -58,6 +58,8 @@ class Guide:
         session, stop = self.session, self.stop
         if session.state == "closed":
             return "decide"
+        if stop is not None and stop.purpose == "bare":
+            return "fit"
         if stop is not None and stop.purpose == "plan":
             return "check" if stop.released_at is not None else "fit"
         if stop is not None and stop.purpose == "trial":
@@ -157,7 +159,7 @@ class Guide:
             "trial": bool(session.runs),
             "correction": bool(session.corrections),
             "plan": bool(session.plans) or self.correction is not None,
-            "fit": session.fitted_plan_id is not None,
+            "fit": session.fitted_plan_id is not None or self.step == "fit",
             "check": bool(self.runs("check")),
             "decide": session.state in ("checked", "closed"),
         }

@@ -14,7 +14,7 @@ from db.documents.plan import Plan
 from db.documents.run import MassOnRotor
 from db.documents.stop import Stop
 from service.errors import DrumtrueError, InvalidInput
-from service.usecases import catalogues, influence, mapping, readings, reports
+from service.usecases import catalogues, influence, mapping, plans, readings, reports
 from service.web import illustrations
 from service.web.forms import Form
 from service.web.guide import STEPS, TITLES, Guide, hole_at, holes
@@ -166,16 +166,25 @@ def _correction(page: Page, guide: Guide) -> dict[str, Any]:
 
 
 def _plan(page: Page, guide: Guide) -> dict[str, Any]:
-    plans = guide.session.plans
+    made = guide.session.plans
     drawn = {"moves": [], "pictures": [], "vectors": []} if guide.plan is None else _drawn(page, guide, guide.plan)
     return {
-        "plan": guide.plan or (plans[-1] if plans else None),
+        "plan": guide.plan or (made[-1] if made else None),
         "box": box_of(page, guide),
         "boxes": [] if guide.session.catalogue_id else catalogues.find(page.work, MOST_BOXES, 0),
         "correction": guide.correction,
+        "expected": _of_alternatives(page, guide),
         "may_choose": not any(piece.may != "stay" for piece in guide.session.on_rotor),
         **drawn,
     }
+
+
+def _of_alternatives(page: Page, guide: Guide) -> tuple[Plan, ...]:
+    """What is to be expected of each of a plan's alternatives."""
+    plan = guide.plan
+    if plan is None or not plan.alternatives or guide.session.catalogue_id is None:
+        return ()
+    return plans.expected(page.work, plan.id, [offer.placements for offer in plan.alternatives])
 
 
 def _drawn(page: Page, guide: Guide, plan: Plan) -> dict[str, list[Any]]:
@@ -189,13 +198,10 @@ def _drawn(page: Page, guide: Guide, plan: Plan) -> dict[str, list[Any]]:
 
 
 def _fit(page: Page, guide: Guide) -> dict[str, Any]:
-    stop = guide.stop if guide.stop is not None and guide.stop.purpose == "plan" else None
-    plan = guide.fitted
-    if stop is not None:
-        plan = next((one for one in guide.session.plans if one.id == stop.plan_id), plan)
+    stop = guide.stop if guide.stop is not None and guide.stop.purpose in ("plan", "bare") else None
     todo = _to_fit(guide, stop)
     return {
-        "plan": plan,
+        "plan": _to_expect(page, guide, stop),
         "stop": stop,
         "box": box_of(page, guide),
         "moves": todo,
@@ -205,9 +211,21 @@ def _fit(page: Page, guide: Guide) -> dict[str, Any]:
     }
 
 
+def _to_expect(page: Page, guide: Guide, stop: Stop | None) -> Plan | None:
+    """The plan to fit or fitted, with what to expect: of an alternative that was chosen, what it promises."""
+    if stop is None or stop.purpose == "bare":
+        return guide.fitted
+    plan = next((one for one in guide.session.plans if one.id == stop.plan_id), None)
+    if plan is None or plan.state == "fitted" or stop.placements == plan.placements:
+        return plan
+    return plans.expected(page.work, plan.id, [stop.placements])[0]
+
+
 def _to_fit(guide: Guide, stop: Stop | None) -> list[Move]:
     if stop is None or stop.masses is not None:
         return moves(guide.session.machine, guide.on_rotor, guide.on_rotor)
+    if stop.purpose == "bare":
+        return moves(guide.session.machine, guide.on_rotor, ())
     plan = next(one for one in guide.session.plans if one.id == stop.plan_id)
     return moves(guide.session.machine, guide.on_rotor, wanted_by(stop.placements, plan.taken_off))
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from service.web import doing
+from service.usecases import once
 from tests.api.workshop import Workshop, application, tablet
 
 HTML = {"accept": "text/html"}
@@ -26,13 +26,13 @@ def hidden(shop: Workshop, path: str) -> dict[str, str]:
 
 def at_once(monkeypatch: pytest.MonkeyPatch, path: str, forms: Sequence[Mapping[str, str]]) -> list[Any]:
     """The answers to forms that are sent together: each is read, and found fresh, before any is done."""
-    met, do = Barrier(len(forms), timeout=30), doing.once.answer
+    met, do = Barrier(len(forms), timeout=30), once.answer
 
     def together(*given: Any) -> Any:
         met.wait()
         return do(*given)
 
-    monkeypatch.setattr(doing.once, "answer", together)
+    monkeypatch.setattr(once, "answer", together)
 
     def send(form: Mapping[str, str]) -> Any:
         return tablet(application()).post(path, data=dict(form), headers=HTML, follow_redirects=False)

@@ -121,21 +121,6 @@ def show_front(page: PageDep, session_id: Key, plan_id: PlanKey) -> HTMLResponse
     )
 
 
-@router.post("/plans/{plan_id}/unfit")
-def undo_fit(page: PageDep, guide: GuideDep, typed: TypedDep, plan_id: PlanKey) -> Response:
-    """The fitted masses came off again: they go back into the box."""
-    form = Form(typed, page.language)
-
-    def undo(work: Work) -> str:
-        plans.unfit(work, plan_id)
-        return f"/sessions/{guide.session.id}"
-
-    try:
-        return done_in(page, guide, typed, undo)
-    except DrumtrueError as error:
-        return steps.refused(page, guide, form, error)
-
-
 def _proposed(page: Page, guide: Guide, typed: dict[str, str], form: Form, request: PlanRequest) -> Response:
     def propose(work: Work) -> str:
         plans.propose(work.having_seen(guide.session.version), guide.session.id, request)

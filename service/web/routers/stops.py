@@ -27,7 +27,7 @@ LOCK = ("standstill", "key_out", "blocked")
 RELEASE = ("torqued", "tools_out", "guards_on")
 NOT_YET = N_("Do this first, then tick it.")
 MOST_G = 1e5
-PURPOSES: dict[str, StopPurpose] = {"trial": "trial", "plan": "plan"}
+PURPOSES: dict[str, StopPurpose] = {"trial": "trial", "plan": "plan", "bare": "bare"}
 
 
 @router.post("")
@@ -72,6 +72,13 @@ def plan_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Res
     form = Form(typed, page.language)
     actual = _actual(page, guide, form) if form.ticked("differs") else None
     return _then(page, guide, typed, form, lambda work: stops.fit(work, guide.session.id, number, actual))
+
+
+@router.post("/{number}/bare")
+def masses_off(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
+    """All masses are off: a fitted plan is undone, its masses go back into the box."""
+    form = Form(typed, page.language)
+    return _then(page, guide, typed, form, lambda work: stops.bare(work, guide.session.id, number))
 
 
 @router.post("/{number}/release")
