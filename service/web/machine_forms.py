@@ -84,6 +84,9 @@ def read(page: Page, form: Form, before: Machine | None = None) -> Machine | Non
     mass = form.number("rotor_mass_kg", above=0.0, high=1e6, required=False)
     grade = form.number("balance_grade_mm_s", above=0.0, high=1e5, required=False)
     limit = form.number("vibration_limit_mm_s", above=0.0, high=1e5, required=False)
+    rotation = form.choice("rotation", ROTATIONS)
+    angle_sense = form.choice("angle_sense", ANGLE_SENSES, required=False) or "against_rotation"
+    phase_sense = form.choice("phase_sense", PHASE_SENSES, required=False) or "lag"
     planes = [_plane(page, form, index) for index in range(count(form, "planes"))]
     placed = [_sensor(page, form, index) for index in range(count(form, "sensors"))]
     if not form.ok or name is None or speed is None:
@@ -94,13 +97,13 @@ def read(page: Page, form: Form, before: Machine | None = None) -> Machine | Non
         type=form.text("type"),
         rotor_mass_kg=mass,
         service_speed_rpm=speed,
-        rotation=form.choice("rotation", ROTATIONS) or "ccw",  # type: ignore[arg-type]
+        rotation=rotation or "ccw",  # type: ignore[arg-type]
         seen_from=form.text("seen_from"),
         balance_grade_mm_s=grade,
         vibration_limit_mm_s=limit,
         iso_20816=None if before is None else before.iso_20816,
-        angle_sense=form.value("angle_sense") or "against_rotation",  # type: ignore[arg-type]
-        phase_sense=form.value("phase_sense") or "lag",  # type: ignore[arg-type]
+        angle_sense=angle_sense,  # type: ignore[arg-type]
+        phase_sense=phase_sense,  # type: ignore[arg-type]
         bearings=_bearings(sensors, before),
         planes=tuple(one for one in planes if one is not None),
         sensors=sensors,
@@ -145,7 +148,10 @@ def _positions(form: Form, where: str) -> tuple[float, ...]:
         out = []
         for part in listed.replace(";", " ").split():
             try:
-                out.append(numbers.read(part, form.language))
+                angle = numbers.read(part, form.language)
+                if abs(angle) > 360.0:
+                    form.wrong(f"{where}.positions_deg", N_("Angles lie within a turn: 0 to 360 degrees."))
+                out.append(angle)
             except numbers.NotANumber as wrong:
                 form.wrong(f"{where}.positions_deg", str(wrong))
         return tuple(out)

@@ -14,7 +14,7 @@ from tests.api.workshop import DRUM, LinearDrum, Workshop, mass
 from tests.web.certificate.test_certificate import pages_of
 
 GERMAN = {"accept": "text/html", "accept-language": "de"}
-ENGLISH = re.compile(r"\b(the|is|are|and|of|with|which|has|have|must|its|to|from|for|this|that|take|run|plane)\b")
+ENGLISH = re.compile(r"\b(the|is|are|and|of|with|which|has|have|must|its|to|from|for|be|or|this|that|take|run|plane)\b")
 """Words that every English sentence of the service has one of, and no German one."""
 
 
