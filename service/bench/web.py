@@ -119,7 +119,8 @@ def _stored(work: Work, count: int) -> list[tuple[str, str]]:
         ("/sessions/new", "/sessions/new"),
     ]
     listed += [(f"/sessions/{{id}}/step/{step}", f"/sessions/{session}/step/{step}") for step in STEPS]
-    return [*listed, ("/sessions/{id}/runs", f"/sessions/{session}/runs")]
+    listed += [(f"/sessions/{{id}}/{name}", f"/sessions/{session}/{name}") for name in ("runs", "report")]
+    return listed
 
 
 def _machine(name: str) -> Machine:
