@@ -25,9 +25,9 @@ from service.bench.timing import show, timed
 FEW = 1_000
 MOST_GROWTH = 1.5
 """A median may be longer by this factor: the noise of a busy machine, far from the growth of a scan."""
-BATCHES = 5
+BATCHES = 8
 REPEATS = 10
-"""Requests in a batch; the quietest batch's median counts."""
+"""Requests in a batch; of each path the quietest batch's median counts; batches are spread over the time."""
 MACHINES = 100
 CHUNK = 2_000
 """Sessions that are copied and committed at once."""
@@ -41,6 +41,11 @@ _SIZE = {
     "sqlite": "SELECT page_count * page_size FROM pragma_page_count(), pragma_page_size()",
     "postgresql": "SELECT pg_database_size(current_database())",
 }
+_TEMPLATE = (
+    "SELECT session.id FROM session JOIN plan ON plan.session_id = session.id "
+    "WHERE session.id NOT LIKE 'copy-%' ORDER BY session.created_at LIMIT 1"
+)
+"""The first session of all, at every size: later ones are those that the paths were measured on."""
 _COPY = "'copy-' || CAST(i AS TEXT)"
 _ON_MACHINE = f"'copy-' || CAST(i % {MACHINES} AS TEXT)"
 _PART = {"id": "CAST(i AS TEXT) || '-' || CAST(number AS TEXT)", "session_id": _COPY}
@@ -83,6 +88,7 @@ def _hot_paths(service: str) -> dict[str, float]:
     (old,) = json.loads(connection.ask("GET", "/sessions?machine_id=copy-0&limit=1"))
     body = {name: old[name] for name in ("machine_id", "catalogue_id")}
     session = connection.post("/sessions", body)["id"]
+    other = connection.post("/sessions", body)["id"]  # a run makes its session's correction stale
     path = f"/sessions/{session}"
     for run in runs():
         connection.post(f"{path}/runs", run)
@@ -98,16 +104,14 @@ def _hot_paths(service: str) -> dict[str, float]:
         "GET session/now": lambda: connection.ask("GET", f"{path}/now"),
         "POST plan": lambda: connection.post(f"{path}/plans", {"correction_id": correction, **PLAN}),
         "POST one reading": lambda: connection.ask("POST", "/readings", next(single)),
-        "POST run": lambda: connection.post(f"{path}/runs", runs()[0]),
+        "POST run": lambda: connection.post(f"/sessions/{other}/runs", runs()[0]),
     }
+    batches = range(BATCHES)
     try:
-        return {name: _quietest(call) for name, call in paths.items()}
+        rounds = [{name: timed(call, repeats=REPEATS, warm_up=1)[0] for name, call in paths.items()} for _ in batches]
+        return {name: min(one[name] for one in rounds) for name in paths}
     finally:
         connection.close()
-
-
-def _quietest(call: Callable[[], object]) -> float:
-    return min(timed(call, repeats=REPEATS, warm_up=1)[0] for _ in range(BATCHES))
 
 
 def _fill(url: str, engine: str, stored: int, count: int) -> None:
@@ -116,8 +120,7 @@ def _fill(url: str, engine: str, stored: int, count: int) -> None:
     began = time.perf_counter()
     try:
         with database.engine.begin() as connection:
-            query = text("SELECT session_id FROM plan WHERE id NOT LIKE '%-%' ORDER BY id LIMIT 1")
-            template = str(connection.execute(query).scalar_one())
+            template = str(connection.execute(text(_TEMPLATE)).scalar_one())
             if not stored:
                 name = "'copy ' || CAST(i AS TEXT)"
                 _copy(connection, "machine", {"id": _COPY, "name": name}, "id", _machine_of(connection), 0, MACHINES)

@@ -83,8 +83,9 @@ def _logs(path: Path) -> Iterator[SessionLog]:
             yield importing.read_whole_log(text)
         except InvalidInput as wrong:
             said = f"{path}, line {number}: {wrong.message}"
-            told = {"code": wrong.code, "field": wrong.field, "advice": wrong.advice}
-            raise InvalidInput(said, value=wrong.value, **told) from None
+            raise InvalidInput(
+                said, code=wrong.code, field=wrong.field, value=wrong.value, advice=wrong.advice
+            ) from None
 
 
 def _documents(path: Path) -> Iterator[tuple[int, bytes]]:
