@@ -8,7 +8,7 @@ from typing import Any
 import httpx2
 from playwright.sync_api import Browser
 
-from tests.web.browser import LYING, Bench, Tablet
+from tests.web.browser import LYING, UPRIGHT, Bench, Tablet
 
 GRAMS, ANGLE = '[name="masses.mass_g"]', '[name="masses.angle_deg"]'
 TAKE = "[data-take]:enabled"
@@ -34,6 +34,7 @@ def describe(tablet: Tablet, bench: Bench, name: str) -> str:
 def lock(tablet: Tablet) -> None:
     """Stop, take the key out, block the drum: nothing goes on before."""
     tablet.heading("Stop the machine and lock it")
+    good_to_touch(tablet)
     tablet.press("Locked, go on")
     tablet.page.get_by_text("Do this first, then tick it.").first.wait_for()
     tablet.tick_all()
@@ -43,6 +44,7 @@ def lock(tablet: Tablet) -> None:
 def release(tablet: Tablet) -> None:
     """Bolts, tools, guards."""
     tablet.heading("Before the drum turns again")
+    good_to_touch(tablet)
     tablet.tick_all()
     tablet.press("Ready to run")
 
@@ -61,6 +63,7 @@ def trial(tablet: Tablet, bench: Bench, plane: str) -> None:
     tablet.press("Stop the machine to bolt it on")
     lock(tablet)
     tablet.heading("Bolt the trial mass into plane")
+    good_to_touch(tablet)
     mass = {"mass_g": float(tablet.page.input_value(GRAMS)), "angle_deg": float(tablet.page.input_value(ANGLE))}
     tablet.press("The mass is bolted on")
     release(tablet)
@@ -69,11 +72,16 @@ def trial(tablet: Tablet, bench: Bench, plane: str) -> None:
 
 
 def good_to_touch(tablet: Tablet, *, axe: bool = True) -> None:
-    """Large enough for gloves, as wide as the tablet, readable for everybody."""
-    assert tablet.small_targets() == []
-    assert tablet.overflow() <= 0
-    if axe:
-        assert tablet.serious() == []
+    """Large enough for gloves, as wide as the tablet however it is held, readable for everybody."""
+    held = tablet.page.viewport_size
+    assert held is not None
+    for size in (LYING, UPRIGHT):
+        tablet.page.set_viewport_size(size)
+        assert tablet.small_targets() == []
+        assert tablet.overflow() <= 0
+        if axe:
+            assert tablet.serious() == []
+    tablet.page.set_viewport_size(held)
 
 
 def test_a_whole_session_from_a_new_machine_to_the_certificate(tablet: Tablet, bench: Bench) -> None:
@@ -99,6 +107,7 @@ def test_a_whole_session_from_a_new_machine_to_the_certificate(tablet: Tablet, b
     trial(tablet, bench, "2")
 
     tablet.heading("The runs are enough")
+    good_to_touch(tablet)
     tablet.press("Compute")
     tablet.heading("What the drum needs")
     good_to_touch(tablet)
@@ -111,6 +120,7 @@ def test_a_whole_session_from_a_new_machine_to_the_certificate(tablet: Tablet, b
     tablet.press("Fit this")
     lock(tablet)
     tablet.heading("Change the masses")
+    good_to_touch(tablet)
     assert tablet.page.locator(".moves .pull").first.inner_text().split("\N{NARROW NO-BREAK SPACE}")[1].startswith("N")
     tablet.press("All is bolted on as shown")
     release(tablet)
@@ -120,6 +130,7 @@ def test_a_whole_session_from_a_new_machine_to_the_certificate(tablet: Tablet, b
     good_to_touch(tablet)
     tablet.press("Close the session")
     tablet.heading("Finished")
+    good_to_touch(tablet)
     pdf = httpx2.get(f"{bench.service.address}/api/v1/sessions/{session}/report.pdf", timeout=60)
     assert pdf.content.startswith(b"%PDF")
     state = bench.ask("GET", f"/sessions/{session}")
@@ -233,3 +244,26 @@ def test_every_page_is_large_and_readable_lying_and_dark(browser: Browser, bench
         good_to_touch(tablet)
     tablet.close()
     assert (tablet.errors, tablet.elsewhere) == ([], [])
+
+
+def test_a_flipped_sense_is_shown_beside_its_mirror_image(tablet: Tablet, bench: Bench) -> None:
+    told = "with_rotation" if bench.spec.angle_sense == "against_rotation" else "against_rotation"
+    session = bench.session(bench.machine("Flipped", angle_sense=told), bench.box("Box of the flipped"))
+    runs: list[tuple[str, list[dict[str, Any]]]] = [("initial", [])]
+    for plane, angles in (("1", (0.0, 100.0)), ("2", (0.0, 80.0))):
+        runs += [("trial", [{"plane": plane, "mass_g": 200.0, "angle_deg": angle}]) for angle in angles]
+    for kind, masses in runs:
+        taken = sorted(reading.taken_at for reading in bench.turn(masses))
+        take = {"source": "drum", "from": taken[0].isoformat(), "to": taken[-1].isoformat()}
+        bench.ask("POST", f"/sessions/{session}/runs", {"kind": kind, "masses": masses, "take": take})
+    found = bench.ask("POST", f"/sessions/{session}/corrections", {"source": "fit"})
+    assert "sense_mirrored" in [one["code"] for one in found["diagnostics"]]
+    tablet.open(f"/sessions/{session}/step/correction")
+    tablet.heading("What the drum needs")
+    card = tablet.page.locator("section.card", has_text="Is it like this, or the mirror image?")
+    assert card.locator("svg").count() == 2
+    assert card.locator("figcaption").all_inner_texts() == [
+        "as the machine is described",
+        "the mirror image: it fits the runs far better",
+    ]
+    good_to_touch(tablet)
