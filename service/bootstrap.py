@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, OperationalError
 
 from db import migrate
@@ -28,12 +29,14 @@ def migrate_database(settings: Settings) -> tuple[str | None, str | None]:
         database.close()
 
 
-def open_database(settings: Settings) -> Database:
+def open_database(settings: Settings, *, create: bool = True) -> Database:
     """The database, its schema up to date: an empty or older SQLite file is migrated, a PostgreSQL must be already.
 
     Raises Conflict for a PostgreSQL whose schema is not the one this version needs, and for any database that a newer
-    version has migrated.
+    version has migrated; Unavailable for an SQLite file that is not there, unless it may be created.
     """
+    if not create:
+        _require_file(settings)
     database = _database(settings)
     try:
         with _answering(settings):
@@ -77,6 +80,18 @@ def _database(settings: Settings) -> Database:
     return database
 
 
+def _require_file(settings: Settings) -> None:
+    """Whoever looks into a database means one that is there: an empty new one would answer that all is well."""
+    path = make_url(settings.database_url).database if settings.database_url.startswith("sqlite") else None
+    if path and not Path(path).exists():
+        raise Unavailable(
+            f"there is no database {settings.shown}",
+            field="database_url",
+            value=settings.shown,
+            advice="check the address; nothing was created",
+        )
+
+
 def _require_known(revision: str | None) -> None:
     if not migrate.is_known(revision):
         raise Conflict(
@@ -109,6 +124,6 @@ def _answering(settings: Settings) -> Iterator[None]:
         ) from broken
 
 
-def build_work(settings: Settings) -> Work:
-    """Everything the use cases need."""
-    return Work(database=open_database(settings), max_readings=settings.max_readings)
+def build_work(settings: Settings, *, create: bool = True) -> Work:
+    """Everything the use cases need. create: an SQLite file that is not there becomes a new one."""
+    return Work(database=open_database(settings, create=create), max_readings=settings.max_readings)

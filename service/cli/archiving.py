@@ -33,7 +33,7 @@ def export_sessions(wanted: list[str], path: Path, database_url: str | None) -> 
             advice="name another file: an export never replaces one",
         )
     unfinished = path.with_name(path.name + ".unfinished")
-    work = bootstrap.build_work(Settings.from_environment(database_url=database_url))
+    work = bootstrap.build_work(Settings.from_environment(database_url=database_url), create=False)
     count = 0
     try:
         with unfinished.open("w", encoding="utf-8") as out:

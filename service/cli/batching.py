@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -35,7 +36,7 @@ def study(
     from service.usecases.resolving import read_log
 
     def say(done: int) -> None:
-        if not as_json:
+        if sys.stdout.isatty() and not as_json:
             print(f"\r{done}/{draws}", end="", flush=True)
 
     found: Study = run(
@@ -44,11 +45,13 @@ def study(
     if as_json:
         print(json.dumps(asdict(found), indent=2))
         return
-    print(f"\r{found.draws} draws, {found.answered} with an answer")
+    if sys.stdout.isatty():
+        print()
+    print(f"{found.draws} draws, {found.answered} with an answer")
     for one in found.masses:
         print(f"correction mass in {one.name}: {one.median:.1f} g (90 %: {one.low:.1f} to {one.high:.1f})")
     for one in found.predicted:
-        print(f"left at {one.name}: {one.median:.3g} (90 %: {one.low:.3g} to {one.high:.3g})")
+        print(f"vibration left at sensor {one.name}: {one.median:.3g} (90 %: {one.low:.3g} to {one.high:.3g})")
     if found.same is not None:
         print(f"the same masses in the same holes: {100 * found.same:.0f} % of the draws")
     for reason, count in found.refused:

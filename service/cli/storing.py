@@ -15,7 +15,7 @@ from service.settings import Settings
 
 def back_up_to(path: Path, database_url: str | None) -> None:
     """Write a backup and say what is in it. Raises Conflict where the file is there, else InvalidInput."""
-    database = bootstrap.open_database(Settings.from_environment(database_url=database_url))
+    database = bootstrap.open_database(Settings.from_environment(database_url=database_url), create=False)
     try:
         rows = backup.back_up(database, path)
     except FileExistsError as there:
@@ -68,7 +68,7 @@ def retain_for(days: int, database_url: str | None) -> None:
     """Roll up raw readings that are older, and say how many."""
     from service.usecases.retaining import retain
 
-    work = bootstrap.build_work(Settings.from_environment(database_url=database_url))
+    work = bootstrap.build_work(Settings.from_environment(database_url=database_url), create=False)
     try:
         kept = retain(work, days)
     finally:

@@ -9,7 +9,7 @@ from service.usecases import history
 
 def verify_history(database_url: str | None, head: str | None) -> int:
     """Print what a walk along the chain found; 0 where nothing is wrong, else 1."""
-    work = bootstrap.build_work(Settings.from_environment(database_url=database_url))
+    work = bootstrap.build_work(Settings.from_environment(database_url=database_url), create=False)
     try:
         verdict = history.verify(work, head)
     finally:

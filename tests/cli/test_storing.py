@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from service.errors import Conflict, InvalidInput, NotFound
+from service.errors import Conflict, InvalidInput, NotFound, Unavailable
 from service.usecases import logins, tokens
 from service.usecases.work import utc_now
 from tests.api.test_readings import arrival
@@ -119,3 +119,16 @@ def test_a_file_with_a_bad_line_is_refused_whole(
         ran("import", str(file), *at(empty))
     with workshop(empty) as shop:
         assert (shop.count("session"), shop.count("audit")) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["verify"], ["backup", "b.db"], ["export", "--all", "--to", "e.jsonl"], ["retain", "--days", "9"]],
+    ids=lambda words: words[0],
+)
+def test_a_database_that_is_not_there_is_not_found_in_order(tmp_path: Path, command: list[str]) -> None:
+    missing = tmp_path / "typo" / "none.db"
+    named = [str(tmp_path / part) if part.endswith((".db", ".jsonl")) else part for part in command]
+    with pytest.raises(Unavailable, match="there is no database"):
+        ran(*named, "--database-url", f"sqlite:///{missing}")
+    assert not missing.parent.exists()
