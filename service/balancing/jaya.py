@@ -38,6 +38,17 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True)
+class _Binding:
+    """Whether pieces a position, grams a position, grams a plane, the box, or barred positions can stand in the way."""
+
+    pieces: bool
+    grams: bool
+    total: bool
+    stock: bool
+    barred: bool
+
+
+@dataclass(frozen=True)
 class _Layout:
     """Where each slot's variables stand, and what their values mean."""
 
@@ -46,6 +57,12 @@ class _Layout:
     item: IntArray  # (I + 1,) stock item of each rank, -1 for the empty slot
     order: tuple[IntArray, ...]  # per plane: positions by ascending angle
     turned: tuple[FloatArray, ...]  # per plane: those angles, 0 <= angle < 2 pi
+    turns: tuple[ComplexArray, ...]  # per plane: unit vectors at those angles
+    binding: tuple[_Binding, ...]  # per plane: the limits that full slots can break at all
+
+
+FREE = _Binding(pieces=False, grams=False, total=False, stock=False, barred=False)
+"""No limit that full slots can break."""
 
 
 @dataclass(frozen=True)
@@ -148,12 +165,26 @@ def _layout(problem: SelectionProblem) -> _Layout:
     turned = [np.mod(plane.angles, 2.0 * math.pi) for plane in problem.planes]
     order = [np.argsort(angles, kind="stable") for angles in turned]
     many = [min(slots(plane, problem.stock), MOST_SLOTS) for plane in problem.planes]
+    slotted = sum(many)
+    binding = [
+        _Binding(
+            pieces=bool(plane.capacity.min() < slots_here),
+            grams=bool(np.isfinite(plane.capacity_g).any()),
+            total=math.isfinite(plane.max_mass_g),
+            stock=bool(problem.stock.counts.min() < slotted),
+            barred=plane.allowed is not None,
+        )
+        for plane, slots_here in zip(problem.planes, many, strict=True)
+    ]
+    sorted_angles = [a[o] for a, o in zip(turned, order, strict=True)]
     return _Layout(
         plane=np.repeat(np.arange(len(many)), many),
         mass=np.concatenate([[0.0], mass[rank]]),
         item=np.concatenate([[-1], rank]).astype(np.int64),
         order=tuple(order),
-        turned=tuple(a[o] for a, o in zip(turned, order, strict=True)),
+        turned=tuple(sorted_angles),
+        turns=tuple(np.exp(1j * angles) for angles in sorted_angles),
+        binding=tuple(binding),
     )
 
 
@@ -196,8 +227,7 @@ def _vectors(problem: SelectionProblem, layout: _Layout, rank: IntArray, positio
     u = np.empty((len(rank), len(problem.planes)), dtype=np.complex128)
     for p, plane in enumerate(problem.planes):
         mine = layout.plane == p
-        turn = np.exp(1j * layout.turned[p])
-        u[:, p] = plane.fixed + (layout.mass[rank[:, mine]] * turn[position[:, mine]]).sum(axis=1)
+        u[:, p] = plane.fixed + (layout.mass[rank[:, mine]] * layout.turns[p][position[:, mine]]).sum(axis=1)
     return u
 
 
@@ -211,15 +241,20 @@ def _repaired(problem: SelectionProblem, layout: _Layout, rank: IntArray, positi
     for p, plane in enumerate(problem.planes):
         order = layout.order[p]
         capacity, capacity_g = plane.capacity[order], plane.capacity_g[order]
-        mine = np.flatnonzero(layout.plane == p)
+        mine, binding = np.flatnonzero(layout.plane == p), layout.binding[p]
         total = np.zeros(len(rank))
-        for s in mine:
+        for s in mine if binding != FREE else ():
             before, where, grams = slice(mine[0], s), position[:, s], mass[:, s]
-            here = (mended[:, before] > 0) & (position[:, before] == where[:, None])
-            fits = here.sum(axis=1) < capacity[where]
-            fits &= within_g((here * mass[:, before]).sum(axis=1) + grams, capacity_g[where])
-            fits &= within_g(total + grams, plane.max_mass_g)
-            fits &= (mended[:, :s] == rank[:, s : s + 1]).sum(axis=1) < counts[rank[:, s]]
+            fits = np.ones(len(rank), dtype=bool)
+            if binding.pieces or binding.grams:
+                here = (mended[:, before] > 0) & (position[:, before] == where[:, None])
+                fits &= here.sum(axis=1) < capacity[where]
+            if binding.grams:
+                fits &= within_g((here * mass[:, before]).sum(axis=1) + grams, capacity_g[where])
+            if binding.total:
+                fits &= within_g(total + grams, plane.max_mass_g)
+            if binding.stock:
+                fits &= (mended[:, :s] == rank[:, s : s + 1]).sum(axis=1) < counts[rank[:, s]]
             if plane.allowed is not None:
                 fits &= plane.allowed[order[where], layout.item[rank[:, s]]]
             mended[:, s] = np.where(fits, rank[:, s], 0)
@@ -231,7 +266,8 @@ def _states(problem: SelectionProblem, layout: _Layout, search: Jaya, as_publish
     """Each generation's best as a selection; a member that breaks a limit is emptied where it does."""
     for state in search:
         rank, position = _decode(layout, search.run_bests(), as_published)
-        rank = _repaired(problem, layout, rank, position)
+        if as_published:
+            rank = _repaired(problem, layout, rank, position)
         values = evaluate(problem.objective, _vectors(problem, layout, rank, position))
         best = int(values.argmin())
         pieces = _pieces(layout, rank[best], position[best])
