@@ -59,7 +59,8 @@ def import_one(work: Work, log: SessionLog) -> Session:
     """
     log = checked_record(checked(log))
     import_all(work, [log])
-    with work.read() as store:
+    # In the unit that wrote it where there is one around: until it commits nobody else sees the session.
+    with work.read() if work.joined is None else work.write() as store:
         return session_view(store, require(store, SessionRow, log.session_id or ""))
 
 

@@ -107,6 +107,7 @@ def walk(recorder: Walker) -> Walker:
     session = open_and_learn(recorder, machine, box)
     balance(recorder, session)
     look_back(recorder, machine, session)
+    import_session(recorder, session)
     from_a_bridge(recorder, machine, box)
     recorder.ask("GET", f"/sessions/{session}/history?limit=3")
     recorder.ask("GET", "/history?limit=3")
@@ -175,7 +176,16 @@ def balance(recorder: Recorder, session: str) -> None:
     recorder.ask("POST", f"/sessions/{session}/runs", check)
     for part in ("", "/report.json"):
         recorder.ask("GET", f"/sessions/{session}{part}")
-    recorder.ask("POST", "/sessions/import", recorder.ask("GET", f"/sessions/{session}/log"))
+    recorder.ask("GET", f"/sessions/{session}/log")
+
+
+def import_session(recorder: Recorder, session: str) -> None:
+    """A session just opened on another service: the same machine and box, an identifier of its own."""
+    stored = recorder.shop.ask("GET", f"/sessions/{session}")
+    body = {"machine_id": stored["machine_id"], "catalogue_id": stored["catalogue_id"]}
+    other = recorder.shop.ask("POST", "/sessions", body)["id"]
+    log = recorder.shop.ask("GET", f"/sessions/{other}/log")
+    recorder.ask("POST", "/sessions/import", {**log, "session_id": f"{other}-elsewhere"})
 
 
 def look_back(recorder: Recorder, machine: str, session: str) -> None:
