@@ -1,0 +1,61 @@
+"""What every kind of query needs: the session of one unit of work, rows by key, pages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TypeVar
+
+from sqlalchemy import Select, select
+from sqlalchemy.orm import Session
+
+from db.history import History
+from db.rows import Base
+
+Row = TypeVar("Row", bound=Base)
+
+
+class Queries:
+    """Queries over the session of one unit of work; `history` is that of a unit that writes."""
+
+    def __init__(self, session: Session, history: History | None = None) -> None:
+        self._session = session
+        self._history = history
+
+    def add(self, row: Base) -> None:
+        """Store a new row; constraints are checked at once."""
+        self._session.add(row)
+        self._session.flush()
+
+    def get(self, kind: type[Row], key: str) -> Row | None:
+        """The row with this key, or None."""
+        return self._session.get(kind, key)
+
+    def lock(self, kind: type[Row], key: str) -> Row | None:
+        """The row with this key, locked until the unit of work ends (SQLite holds its one write lock already)."""
+        return self._session.get(kind, key, with_for_update=True, populate_existing=True)
+
+    @contextmanager
+    def part(self, actor: str | None = None) -> Iterator[None]:
+        """A part of a unit that writes, maybe for another actor, which is undone by itself where its block raises."""
+        assert self._history is not None, "a unit that only looks has no parts"  # noqa: S101
+        with self._history.part(actor), self._session.begin_nested():
+            yield
+
+    def flush(self) -> None:
+        """Send pending changes to the engine."""
+        self._session.flush()
+
+    def ping(self) -> None:
+        """Ask the engine for a sign of life."""
+        self._session.execute(select(1))
+
+    def _note(self, *told: Any, **more: Any) -> None:
+        if self._history is not None:
+            self._history.note(*told, **more)
+
+    def _page(self, query: Select[Any], limit: int, offset: int) -> Sequence[Any]:
+        return self._session.scalars(query.limit(limit).offset(offset)).all()
+
+    def _numbered(self, kind: Any, session_id: str) -> Sequence[Any]:
+        return self._session.scalars(select(kind).where(kind.session_id == session_id).order_by(kind.number)).all()

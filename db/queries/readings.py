@@ -1,0 +1,149 @@
+"""Readings, balancers' answers and their sources."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import Select, and_, delete, func, insert, or_, select
+
+from db.bulk import NewReading, insert_new
+from db.notices import stream
+from db.queries.base import Queries
+from db.rows import BalancerAnswerRow, ReadingMinuteRow, ReadingRow, SourceRow
+
+_LOOKUP_CHUNK = 400
+"""Numbers in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
+
+
+class Readings(Queries):
+    """What sources say, as it arrives and as it grows old."""
+
+    def sources(self) -> Sequence[SourceRow]:
+        """Bound sources, by name."""
+        return self._session.scalars(select(SourceRow).order_by(SourceRow.name)).all()
+
+    def add_readings(self, rows: Sequence[NewReading]) -> int:
+        """Insert readings whose (source, sequence) is not stored yet; returns how many were."""
+        stream(self._session, {row.machine_id for row in rows})
+        added = insert_new(self._session.connection(), rows)
+        if added:
+            for source, last in {row.source: row.sequence for row in rows}.items():
+                told = {"new": added, "last_sequence": last}
+                self._note("sent", ReadingRow.__tablename__, source, told, chained=False)
+        return added
+
+    def known(
+        self, kind: type[ReadingRow | BalancerAnswerRow], keys: Sequence[tuple[str, int]]
+    ) -> dict[tuple[str, int], ReadingRow | BalancerAnswerRow]:
+        """The rows stored under these (source, sequence)."""
+        found: dict[tuple[str, int], ReadingRow | BalancerAnswerRow] = {}
+        of_source: dict[str, list[int]] = {}
+        for source, sequence in keys:
+            of_source.setdefault(source, []).append(sequence)
+        for source, sequences in of_source.items():
+            for start in range(0, len(sequences), _LOOKUP_CHUNK):
+                # One source at a time: for pairs in a list SQLite takes no index, and reads the table to its end.
+                chunk = sequences[start : start + _LOOKUP_CHUNK]
+                query: Select[Any] = select(kind).where(kind.source == source, kind.sequence.in_(chunk))
+                found.update({(row.source, row.sequence): row for row in self._session.scalars(query)})
+        return found
+
+    def newest_readings(
+        self, machine_id: str, session_id: str, sources: Sequence[str], since: datetime, most: int
+    ) -> Sequence[ReadingRow]:
+        """The newest readings on a machine: of its bound sources, or sent for the session; newest first."""
+        return self._session.scalars(
+            select(ReadingRow)
+            .where(
+                ReadingRow.machine_id == machine_id,
+                or_(
+                    and_(ReadingRow.source.in_(sources), ReadingRow.session_id.is_(None)),
+                    ReadingRow.session_id == session_id,
+                ),
+                ReadingRow.taken_at >= since,
+            )
+            .order_by(ReadingRow.taken_at.desc())
+            .limit(most)
+        ).all()
+
+    def latest_of(self, source: str, most: int) -> list[tuple[int, datetime]]:
+        """Number and time of the latest readings and answers of a source, the highest number first."""
+        found: list[tuple[int, datetime]] = []
+        # One look at the end of each index: there are few sources, and many readings.
+        for kind in (ReadingRow, BalancerAnswerRow):
+            query = select(kind.sequence, kind.taken_at).where(kind.source == source).order_by(kind.sequence.desc())
+            found += [(number, at) for number, at in self._session.execute(query.limit(most))]
+        return sorted(found, reverse=True)[:most]
+
+    def highest_sequence(self, kind: type[ReadingRow | BalancerAnswerRow], source: str) -> int:
+        """The highest number stored of a source; -1 for none."""
+        highest = [self._session.scalar(select(func.max(kind.sequence)).where(kind.source == source))]
+        if kind is ReadingRow:
+            rolled = select(func.max(ReadingMinuteRow.last_sequence)).where(ReadingMinuteRow.source == source)
+            highest.append(self._session.scalar(rolled))
+        return max((int(found) for found in highest if found is not None), default=-1)
+
+    def answers(self, machine_id: str, session_id: str, limit: int, offset: int) -> Sequence[BalancerAnswerRow]:
+        """Balancers' answers on a machine for a session, or for none; newest first."""
+        query = (
+            select(BalancerAnswerRow)
+            .where(
+                BalancerAnswerRow.machine_id == machine_id,
+                or_(BalancerAnswerRow.session_id == session_id, BalancerAnswerRow.session_id.is_(None)),
+            )
+            .order_by(BalancerAnswerRow.taken_at.desc(), BalancerAnswerRow.id)
+        )
+        return self._page(query, limit, offset)
+
+    def readings_between(self, source: str, machine_id: str, since: datetime, until: datetime) -> Sequence[ReadingRow]:
+        """Readings of a source on a machine between two times, in order of sequence."""
+        return self._session.scalars(
+            select(ReadingRow)
+            .where(
+                ReadingRow.source == source,
+                ReadingRow.machine_id == machine_id,
+                ReadingRow.taken_at >= since,
+                ReadingRow.taken_at <= until,
+            )
+            .order_by(ReadingRow.sequence)
+        ).all()
+
+    # ------------------------------------------------------------ raw readings that grow old
+    def sources_of_readings(self) -> Sequence[str]:
+        """Names of all sources that raw readings are stored of."""
+        return self._session.scalars(select(ReadingRow.source).distinct()).all()
+
+    def oldest_reading(self, source: str) -> datetime | None:
+        """When the oldest raw reading of a source was taken."""
+        query = select(ReadingRow.taken_at).where(ReadingRow.source == source)
+        return self._session.scalar(query.order_by(ReadingRow.taken_at).limit(1))
+
+    def readings_before(self, source: str, until: datetime) -> Sequence[ReadingRow]:
+        """Raw readings of a source from before a moment."""
+        query = select(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until)
+        return self._session.scalars(query).all()
+
+    def roll_up(self, source: str, until: datetime, readings: int, minutes: list[dict[str, Any]]) -> None:
+        """Remove raw readings of a source from before a moment, and store what is left of them."""
+        self._session.execute(insert(ReadingMinuteRow), minutes)
+        self._session.execute(delete(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until))
+        if self._history is not None:
+            changes = {"rolled_up_before": [None, until.isoformat()], "readings": [readings, 0]}
+            self._history.note("changed", "source", source, changes)
+
+    def rolled_up_between(self, source: str, since: datetime, until: datetime) -> datetime | None:
+        """The first minute between two times of which a source's raw readings were removed."""
+        query = select(ReadingMinuteRow.minute).where(
+            ReadingMinuteRow.source == source,
+            ReadingMinuteRow.minute >= since.replace(second=0, microsecond=0),
+            ReadingMinuteRow.minute <= until,
+        )
+        return self._session.scalar(query.order_by(ReadingMinuteRow.minute).limit(1))
+
+    def newest_by_source(self) -> dict[str, datetime]:
+        """When the newest reading of each bound source was taken; sources without one are left out."""
+        newest = select(func.max(ReadingRow.taken_at)).where(ReadingRow.source == SourceRow.name).scalar_subquery()
+        found = self._session.execute(select(SourceRow.name, newest))
+        return {name: at for name, at in found if at is not None}

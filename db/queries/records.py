@@ -1,0 +1,123 @@
+"""Machines, boxes, sessions with their parts, and what was learned of machines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from sqlalchemy import insert, or_, select
+
+from db.notices import stream
+from db.queries.base import Queries
+from db.rows import (
+    NOT_CLOSED,
+    Base,
+    CatalogueRow,
+    CorrectionRow,
+    InfluenceRow,
+    MachineRow,
+    PlanRow,
+    RunRow,
+    SessionRow,
+    StopRow,
+)
+
+
+class Records(Queries):
+    """The records that people keep."""
+
+    def machines(self, limit: int, offset: int) -> Sequence[MachineRow]:
+        """Machines, newest first."""
+        return self._page(select(MachineRow).order_by(MachineRow.created_at.desc(), MachineRow.id), limit, offset)
+
+    def machine_named(self, name: str) -> MachineRow | None:
+        """The machine of this name."""
+        return self._session.scalars(select(MachineRow).where(MachineRow.name == name)).one_or_none()
+
+    def catalogues(self, limit: int, offset: int) -> Sequence[CatalogueRow]:
+        """Catalogues, newest first."""
+        return self._page(select(CatalogueRow).order_by(CatalogueRow.created_at.desc(), CatalogueRow.id), limit, offset)
+
+    def catalogue_named(self, name: str) -> CatalogueRow | None:
+        """The catalogue of this name."""
+        return self._session.scalars(select(CatalogueRow).where(CatalogueRow.name == name)).one_or_none()
+
+    def sessions(
+        self,
+        limit: int,
+        offset: int,
+        *,
+        machine_id: str | None = None,
+        state: str | None = None,
+        words: str | None = None,
+    ) -> Sequence[SessionRow]:
+        """Sessions, newest first; words: those whose machine, technician or note has them, in any case."""
+        query = select(SessionRow).order_by(SessionRow.created_at.desc(), SessionRow.id)
+        if machine_id is not None:
+            query = query.where(SessionRow.machine_id == machine_id)
+        if state is not None:
+            query = query.where(SessionRow.state == state)
+        if words is not None:
+            searched = (SessionRow.machine_name, SessionRow.technician, SessionRow.note)
+            query = query.where(or_(*(column.icontains(words, autoescape=True) for column in searched)))
+        return self._page(query, limit, offset)
+
+    def open_sessions(self, machine_id: str) -> Sequence[SessionRow]:
+        """Sessions on a machine that are not closed, newest first."""
+        return self._session.scalars(
+            select(SessionRow)
+            .where(SessionRow.machine_id == machine_id, NOT_CLOSED)
+            .order_by(SessionRow.created_at.desc())
+        ).all()
+
+    # ------------------------------------------------------------ of a session
+    def runs(self, session_id: str) -> Sequence[RunRow]:
+        """Runs of a session, in order."""
+        return self._numbered(RunRow, session_id)
+
+    def corrections(self, session_id: str) -> Sequence[CorrectionRow]:
+        """Corrections of a session, in order."""
+        return self._numbered(CorrectionRow, session_id)
+
+    def plans(self, session_id: str) -> Sequence[PlanRow]:
+        """Plans of a session, in order."""
+        return self._numbered(PlanRow, session_id)
+
+    def stops(self, session_id: str) -> Sequence[StopRow]:
+        """Stops of a session to change masses, in order."""
+        return self._numbered(StopRow, session_id)
+
+    def import_session(
+        self, session: Mapping[str, Any], parts: Mapping[type[Base], Sequence[Mapping[str, Any]]], told: dict[str, Any]
+    ) -> None:
+        """Store a session of another service with its parts, as they are; a closed one is sealed.
+
+        Past the ORM: its version and its history are not those of this service. told: what the one entry tells.
+        """
+        session_id = str(session["id"])
+        self._session.execute(insert(SessionRow), [dict(session)])
+        for kind, rows in parts.items():
+            if rows:
+                self._session.execute(insert(kind), [{**row, "session_id": session_id} for row in rows])
+        stream(self._session, (session_id, session["machine_id"]))
+        if self._history is not None:
+            self._history.note("imported", SessionRow.__tablename__, session_id, told, session_id=session_id)
+            if session["state"] == "closed":
+                self._history.seal(session_id)
+
+    # ------------------------------------------------------------ influence
+    def influences(self, machine_id: str) -> Sequence[InfluenceRow]:
+        """What a machine's coefficients were, latest first."""
+        return self._session.scalars(
+            select(InfluenceRow)
+            .where(InfluenceRow.machine_id == machine_id)
+            .order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id)
+        ).all()
+
+    def influences_of_type(self, machine_type: str) -> Sequence[InfluenceRow]:
+        """All coefficients of machines of a type, latest first."""
+        return self._session.scalars(
+            select(InfluenceRow)
+            .where(InfluenceRow.machine_type == machine_type)
+            .order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id)
+        ).all()
