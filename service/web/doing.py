@@ -19,6 +19,7 @@ from service.usecases.work import Work
 from service.web import steps
 from service.web.forms import Form
 from service.web.guide import Guide, look
+from service.web.kept import kept
 from service.web.language import N_
 from service.web.rendering import FORM_KEY, Page
 
@@ -28,7 +29,7 @@ CHANGED = N_(
     "Somebody has gone on with this session meanwhile, on another tablet perhaps. What you sent was not stored. "
     "This is how the session stands now."
 )
-_OF_THE_PAGE = frozenset({"form_token", "stamp", FORM_KEY})
+_OF_THE_PAGE = frozenset({"form_token", "stamp", "moment", FORM_KEY})
 """Fields that do not say what is asked for."""
 LONGEST_KEY = 64
 
@@ -40,9 +41,17 @@ class Stale(Exception):
         self.page, self.guide, self.typed = page, guide, typed
 
     def answer(self) -> HTMLResponse:
-        """The newer state, with what was typed kept where its form is still there."""
-        form = Form(self.typed, self.page.language)
-        return steps.show(self.page, self.guide, form=form, status=409, notice=self.page.text(CHANGED), typing=True)
+        """The newer state and the refused form; that is filled in again where the page still asks for the same."""
+        page, same = self.page, self.typed.get("moment") == self.guide.moment
+        return steps.show(
+            page,
+            self.guide,
+            form=Form(self.typed if same else None, page.language),
+            status=409,
+            notice=page.text(CHANGED),
+            typing=same and page.request.url.path.endswith("/runs"),
+            held=kept(page, self.guide, self.typed),
+        )
 
 
 class Done(Exception):

@@ -84,6 +84,11 @@ class Guide:
             return "change"
         return "release" if stop.released_at is None else "run"
 
+    @property
+    def moment(self) -> str:
+        """What a form of the page is of: the step, its stop, how far that is. What is typed for one is for no other."""
+        return f"{self.step} {self.stop.number if self.stop is not None else 0} {self.part}"
+
     @cached_property
     def used(self) -> tuple[Run, ...]:
         """Runs that are not excluded."""

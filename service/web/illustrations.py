@@ -99,12 +99,12 @@ def front(plan: Plan, points: Sequence[FrontPoint], preferences: Preferences) ->
 
 
 def dials(session: Session, scales: dict[str, float], preferences: Preferences) -> dict[str, tuple[Markup, Markup]]:
-    """Amplitude and phase of each sensor, needles at nought: the page turns them."""
+    """Amplitude and phase of each sensor, without a value yet: the page turns the needles."""
     reader, machine = Reader(preferences), session.machine
     return {
         sensor.name: (
-            to_svg(amplitude_dial(sensor, 0.0, reader, limit=limit_of(session, sensor.name), top=scales[sensor.name])),
-            to_svg(phase_dial(machine, sensor, 0.0, reader)),
+            to_svg(amplitude_dial(sensor, None, reader, limit=limit_of(session, sensor.name), top=scales[sensor.name])),
+            to_svg(phase_dial(machine, sensor, None, reader)),
         )
         for sensor in machine.sensors
     }

@@ -18,6 +18,7 @@ from service.usecases import catalogues, influence, mapping, plans, readings, re
 from service.web import illustrations
 from service.web.forms import Form
 from service.web.guide import STEPS, TITLES, Guide, hole_at, holes
+from service.web.kept import Kept, kept
 from service.web.moves import Move, force, moves, wanted_by
 from service.web.rendering import Page
 
@@ -37,6 +38,7 @@ def show(
     status: int = 200,
     notice: str | None = None,
     typing: bool = False,
+    held: Kept | None = None,
     template: str | None = None,
 ) -> HTMLResponse:
     """A step of a session; the next one unless another is asked for, to look back."""
@@ -56,6 +58,7 @@ def show(
         force=lambda plane, grams: force(guide.session.machine, plane, grams),
         over_speed=OVER_SPEED * guide.session.machine.service_speed_rpm,
         typing=typing,
+        kept=held,
         **_OF_STEP[shown](page, guide),
     )
 
@@ -266,10 +269,16 @@ def scales(guide: Guide) -> dict[str, float]:
     return out
 
 
-def refused(page: Page, guide: Guide, form: Form, error: DrumtrueError, step: str | None = None) -> HTMLResponse:
-    """The step again, with what was refused beside its field and what was typed kept."""
+def refused(
+    page: Page, guide: Guide, form: Form, error: DrumtrueError, step: str | None = None, *, typing: bool = False
+) -> HTMLResponse:
+    """The step again, with what was refused beside its field and what was typed kept.
+
+    What is refused for the state of the session may be of a form that this state has no more: it is shown too.
+    """
     form.refused(error)
-    return show(page, guide, step, form=form, status=error.status)
+    held = None if error.status == 422 else kept(page, guide, form.values)
+    return show(page, guide, step, form=form, status=error.status, typing=typing, held=held)
 
 
 _OF_STEP = {

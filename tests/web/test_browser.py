@@ -204,6 +204,8 @@ def test_two_tablets_on_one_session(tablet: Tablet, browser: Browser, bench: Ben
     other.press("Store this run")
     other.page.get_by_text("What you sent was not stored").wait_for()
     other.heading("Trial run in plane 1")
+    assert other.page.locator("[data-kept] input").first.input_value() == "9.99"
+    good_to_touch(other)
     runs = bench.ask("GET", f"/sessions/{session}")["runs"]
     assert [run["readings"][0]["amplitude"] for run in runs] == [3.11]
     for one in (other, watching):

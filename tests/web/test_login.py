@@ -6,23 +6,15 @@ import re
 from typing import Any
 
 import pytest
-from fastapi.routing import iter_route_contexts
 from fastapi.testclient import TestClient
 
 from service.usecases import tokens
 from service.usecases.attempts import MOST
-from service.web import form_tokens, pages
+from service.web import form_tokens
 from tests.api.workshop import HERE, Workshop, application, problem_of
+from tests.web.posted import POSTED
 
 HTML = {"accept": "text/html"}
-POSTED = sorted(
-    {
-        re.sub(r"{[^}]*}", "x", one.path or "")
-        for router in pages.ROUTERS
-        for one in iter_route_contexts(router.routes)
-        if (one.methods or set()) - form_tokens.SAFE
-    }
-)
 
 
 def token_on(page: Any) -> str:

@@ -1,5 +1,6 @@
 """Dials of a live reading: amplitude, phase, steadiness. Drawn still; a script may turn the needles.
 
+Without a reading the needle is drawn hidden, for a script to show: no dial points at what nobody measured.
 A needle is a group with `data-dial`. Amplitude: it stands at `data-from` degrees for 0 and at `data-to` for `data-top`
 (stored unit). Phase: it stands at `data-sign` times the stated phase in degrees. 0 degrees is up, clockwise.
 """
@@ -19,6 +20,7 @@ from service.web.pictures.scales import ticks
 SIZE, HEIGHT = 220.0, 236.0
 CENTRE: Point = (SIZE / 2, 100.0)
 RADIUS = 84.0
+NOTHING = "\N{EM DASH}"
 BEGIN_DEG, END_DEG = -120.0, 120.0
 _UP = Compass(clockwise=True, centre=CENTRE)
 
@@ -42,14 +44,14 @@ def amplitude_dial(
         x, y = _UP.point(RADIUS - 22.0, angle)
         items.append(Line((_UP.point(RADIUS - 8.0, angle), _UP.point(RADIUS + 8.0, angle)), "pic-axis"))
         items.append(Words((x, y + 4.0), reader.number(value), "pic-small", size=13.0))
-    if amplitude is not None:
-        data = (("dial", "amplitude"), ("top", f"{full:.9g}"), ("from", f"{BEGIN_DEG:g}"), ("to", f"{END_DEG:g}"))
-        items.append(_needle(_turn(min(amplitude / full, 1.05)), data))
-    text = "–" if amplitude is None else reader.number(unit.show(amplitude))
+    data = (("dial", "amplitude"), ("top", f"{full:.9g}"), ("from", f"{BEGIN_DEG:g}"), ("to", f"{END_DEG:g}"))
+    items.append(_needle(None if amplitude is None else _turn(min(amplitude / full, 1.05)), data))
+    text = NOTHING if amplitude is None else reader.number(unit.show(amplitude))
     items.append(Words((CENTRE[0], HEIGHT - 32.0), text, "pic-strong", size=26.0))
     items.append(Words((CENTRE[0], HEIGHT - 12.0), reader.gettext(unit.sign), "pic-small", size=13.0))
     title = reader.gettext("amplitude of %(sensor)s") % {"sensor": sensor.name}
-    return Picture(SIZE, HEIGHT, title, f"{text} {reader.gettext(unit.sign)}", tuple(items))
+    said = reader.gettext("no value yet") if amplitude is None else f"{text} {reader.gettext(unit.sign)}"
+    return Picture(SIZE, HEIGHT, title, said, tuple(items))
 
 
 def amplitude_turn(sensor: Sensor, amplitude: float, reader: Reader, *, top: float) -> float:
@@ -70,13 +72,12 @@ def phase_dial(machine: Machine, sensor: Sensor, phase_deg: float | None, reader
         if degrees % 90 == 0 and degrees:
             x, y = compass.at(RADIUS - 24.0, degrees, machine.phase_sense)
             items.append(Words((x, y + 4.0), f"{degrees}", "pic-small", size=13.0))
-    if phase_deg is not None:
-        way = 1 if compass.clockwise == (machine.phase_sense == "lag") else -1
-        items.append(_needle(way * phase_deg, (("dial", "phase"), ("sign", str(way)))))
-    text = "–" if phase_deg is None else reader.angle(phase_deg)
+    way = 1 if compass.clockwise == (machine.phase_sense == "lag") else -1
+    items.append(_needle(None if phase_deg is None else way * phase_deg, (("dial", "phase"), ("sign", str(way)))))
+    text = NOTHING if phase_deg is None else reader.angle(phase_deg)
     items.append(Words((CENTRE[0], HEIGHT - 12.0), text, "pic-strong", size=26.0))
     title = reader.gettext("phase of %(sensor)s") % {"sensor": sensor.name}
-    return Picture(SIZE, HEIGHT, title, text, tuple(items))
+    return Picture(SIZE, HEIGHT, title, reader.gettext("no value yet") if phase_deg is None else text, tuple(items))
 
 
 def steady_light(now: SensorNow | None, reader: Reader) -> Picture:
@@ -106,10 +107,12 @@ def _arc(begin: float, end: float) -> tuple[Point, ...]:
     return tuple(_UP.point(RADIUS, math.radians(_turn(begin + (end - begin) * i / steps))) for i in range(steps + 1))
 
 
-def _needle(turn_deg: float, data: tuple[tuple[str, str], ...]) -> Group:
+def _needle(turn_deg: float | None, data: tuple[tuple[str, str], ...]) -> Group:
+    """The hand, turned; of no value it is there for a script to turn, and hidden."""
     x, y = CENTRE
     hand = Line(((x - 5.0, y + 12.0), (x, y - RADIUS + 14.0), (x + 5.0, y + 12.0)), "pic-needle-hub", closed=True)
-    return Group((hand, Circle(CENTRE, 8.0, "pic-needle-hub")), "pic-needle", turn_deg, CENTRE, data)
+    cls = "pic-needle pic-absent" if turn_deg is None else "pic-needle"
+    return Group((hand, Circle(CENTRE, 8.0, "pic-needle-hub")), cls, turn_deg or 0.0, CENTRE, data)
 
 
 def _bar(cls: str) -> Line:

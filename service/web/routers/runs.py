@@ -42,7 +42,7 @@ def type_run(page: PageDep, session_id: Key, typed: TypedDep) -> Response:
         form.wrong("readings[0].amplitude", N_("Fill in this field."))
     if not form.ok:
         return steps.show(page, guide, form=form, status=422, typing=True)
-    return _stored(page, guide, typed, form, _request(guide, readings=stated))
+    return _stored(page, guide, typed, form, readings=stated)
 
 
 @router.post("/take")
@@ -60,7 +60,7 @@ def take_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
         form.wrong("", TOO_FAST, **_speeds(page, guide, fastest))
     if not form.ok or take is None:
         return steps.show(page, guide, form=form, status=422)
-    return _stored(page, guide, typed, form, _request(guide, take=take))
+    return _stored(page, guide, typed, form, take=take)
 
 
 @router.post("/{run_id}/exclude")
@@ -115,15 +115,25 @@ def _request(guide: Guide, *, readings: tuple[RunReading, ...] | None = None, ta
     return RunRequest(kind=kind, masses=masses, readings=readings, take=take)
 
 
-def _stored(page: Page, guide: Guide, typed: dict[str, str], form: Form, request: RunRequest) -> Response:
-    def store(work: Work) -> str:
-        runs.add(work, guide.session.id, request)
-        return f"/sessions/{guide.session.id}"
-
+def _stored(
+    page: Page,
+    guide: Guide,
+    typed: dict[str, str],
+    form: Form,
+    *,
+    readings: tuple[RunReading, ...] | None = None,
+    take: Take | None = None,
+) -> Response:
     try:
+        request = _request(guide, readings=readings, take=take)
+
+        def store(work: Work) -> str:
+            runs.add(work, guide.session.id, request)
+            return f"/sessions/{guide.session.id}"
+
         return done_in(page, guide, typed, store)
     except DrumtrueError as error:
-        return steps.refused(page, guide, form, error)
+        return steps.refused(page, guide, form, error, typing=readings is not None)
 
 
 def _speeds(page: Page, guide: Guide, speed: float) -> dict[str, str]:

@@ -106,7 +106,7 @@ def _sensor(page: Page, guide: Guide, now: live.SensorNow) -> dict[str, Any]:
         "amplitude": page.display.number(unit.show(now.amplitude)),
         "needle": round(illustrations.needle(guide.session, sensor.name, now.amplitude, full, page.preferences), 1),
         "phase": page.display.angle(now.phase_deg),
-        "turn": round(illustrations.phase_sign(guide.session) * (now.phase_deg or 0.0), 1),
+        "turn": None if now.phase_deg is None else round(illustrations.phase_sign(guide.session) * now.phase_deg, 1),
         "steady": now.steady,
         "why_not": page.words(now.why_not),
     }

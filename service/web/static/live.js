@@ -2,24 +2,28 @@
 
 const SILENT_MS = 3000; // the server sends each half second, changed or not
 
-export function follow(session, stamp) {
-  const panel = document.querySelector("[data-live]");
-  const changed = document.querySelector(".changed");
+export function follow(session) {
   const stream = new EventSource(`/sessions/${session}/stream`);
   let heard = Date.now();
   stream.addEventListener("now", (event) => {
     heard = Date.now();
     const now = JSON.parse(event.data);
-    if (changed && now.stamp !== stamp) goOn(session, changed);
-    if (panel) show(panel, now);
+    const changed = document.querySelector(".changed");
+    if (changed && now.stamp !== document.body.dataset.stamp) goOn(session, changed);
+    if (livePanel()) show(livePanel(), now);
   });
-  if (panel) setInterval(() => Date.now() - heard > SILENT_MS && stale(panel, panel.dataset.lostText), 500);
+  setInterval(() => Date.now() - heard > SILENT_MS && livePanel() && stale(livePanel(), livePanel().dataset.lostText), 500);
   addEventListener("pagehide", () => stream.close());
+}
+
+// Looked up each time: a form that is refused brings another page into this one.
+function livePanel() {
+  return document.querySelector("[data-live]");
 }
 
 // Another tablet went on: show it at once, unless something is typed here that would be lost from sight.
 function goOn(session, changed) {
-  const typing = [...document.querySelectorAll("main input:not([type=hidden])")].some((field) =>
+  const typing = document.querySelector("[data-kept]") || [...document.querySelectorAll("main input:not([type=hidden])")].some((field) =>
     field.type === "checkbox" || field.type === "radio" ? field.checked !== field.defaultChecked : field.value !== field.defaultValue);
   const sending = document.body.dataset.sending === "yes";
   if (typing || sending) changed.hidden = sending;
@@ -50,8 +54,10 @@ function showSensor(panel, sensor) {
 // The dials are drawn by the server: the needle keeps its hub, only its turn and the figure below change.
 function turn(face, degrees, figure) {
   const needle = face.querySelector(".pic-needle");
-  needle.setAttribute("transform", needle.getAttribute("transform").replace(/rotate\([-\d.e]+/, `rotate(${degrees}`));
+  needle.classList.toggle("pic-absent", degrees === null);
+  if (degrees !== null) needle.setAttribute("transform", needle.getAttribute("transform").replace(/rotate\([-\d.e]+/, `rotate(${degrees}`));
   face.querySelector(".pic-strong").textContent = figure;
+  face.querySelector("desc").textContent = figure;
 }
 
 function mark(part, steady) {

@@ -17,7 +17,7 @@ export function keepTyped(session) {
 function keepDraft(form, session) {
   const key = DRAFT + session;
   const kept = read(key);
-  if (kept && kept.step === document.title) {
+  if (kept && kept.moment === document.body.dataset.moment) {
     for (const [name, value] of Object.entries(kept.values)) {
       const field = form.elements.namedItem(name);
       if (field && field.type !== "hidden" && !field.value) field.value = value;
@@ -26,7 +26,7 @@ function keepDraft(form, session) {
   }
   form.addEventListener("input", () => {
     const values = Object.fromEntries([...form.elements].filter((f) => f.name && f.type !== "hidden").map((f) => [f.name, f.value]));
-    write(key, { step: document.title, values });
+    write(key, { moment: document.body.dataset.moment, values });
   });
 }
 
@@ -74,6 +74,7 @@ function show(html) {
   const page = new DOMParser().parseFromString(html, "text/html");
   document.querySelector("main").replaceWith(page.querySelector("main"));
   document.body.dataset.stamp = page.body.dataset.stamp ?? "";
+  document.body.dataset.moment = page.body.dataset.moment ?? "";
   document.body.dataset.sending = "";
   keepTyped(document.body.dataset.session);
   document.querySelector(".wrong input, .notice, .fault")?.scrollIntoView({ block: "center" });

@@ -2,6 +2,6 @@
 import { follow } from "./live.js";
 import { keepTyped } from "./outbox.js";
 
-const { session, stamp } = document.body.dataset;
+const { session } = document.body.dataset;
 keepTyped(session);
-if (session) follow(session, stamp);
+if (session) follow(session);
