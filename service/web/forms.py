@@ -20,7 +20,8 @@ from service.web.wording import words
 
 MOST_FIELDS = 4000
 LONGEST = 20_000
-_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
+_CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+_APART = re.compile(r"[\t\n\r]")
 AS_TYPED = Unit("", 1.0)
 
 
@@ -66,9 +67,10 @@ class Form:
         self.errors.setdefault(error.field if error.field in self.values else "", text)
 
     # ------------------------------------------------------------ reading
-    def text(self, name: str, *, required: bool = False, most: int = 100) -> str | None:
-        """A line of text, spaces at its ends cut off; None where it is empty."""
+    def text(self, name: str, *, required: bool = False, most: int = 100, listed: bool = False) -> str | None:
+        """A line of text, spaces at its ends cut off; None where it is empty. A list may be parted by tabs or lines."""
         text = self.values.get(name, "").strip()
+        text = _APART.sub(" ", text) if listed else text
         if not text:
             if required:
                 self.wrong(name, N_("Fill in this field."))

@@ -30,6 +30,7 @@ CHOICES: dict[str, Any] = {
     "angle_senses": ANGLE_SENSES,
     "phase_senses": PHASE_SENSES,
 }
+LONGEST_LABEL = 100
 _EVEN = 1e-6
 
 
@@ -84,6 +85,7 @@ def read(page: Page, form: Form, before: Machine | None = None) -> Machine | Non
     mass = form.number("rotor_mass_kg", above=0.0, high=1e6, required=False)
     grade = form.number("balance_grade_mm_s", above=0.0, high=1e5, required=False)
     limit = form.number("vibration_limit_mm_s", above=0.0, high=1e5, required=False)
+    kind, side = form.text("type"), form.text("seen_from")
     rotation = form.choice("rotation", ROTATIONS)
     angle_sense = form.choice("angle_sense", ANGLE_SENSES, required=False) or "against_rotation"
     phase_sense = form.choice("phase_sense", PHASE_SENSES, required=False) or "lag"
@@ -94,11 +96,11 @@ def read(page: Page, form: Form, before: Machine | None = None) -> Machine | Non
     sensors = tuple(one for one in placed if one is not None)
     return Machine(
         name=name,
-        type=form.text("type"),
+        type=kind,
         rotor_mass_kg=mass,
         service_speed_rpm=speed,
         rotation=rotation or "ccw",  # type: ignore[arg-type]
-        seen_from=form.text("seen_from"),
+        seen_from=side,
         balance_grade_mm_s=grade,
         vibration_limit_mm_s=limit,
         iso_20816=None if before is None else before.iso_20816,
@@ -127,6 +129,7 @@ def _plane(page: Page, form: Form, index: int) -> Plane | None:
     per_hole = form.whole(f"{where}.masses_per_position", low=1, high=20)
     most = form.whole(f"{where}.max_masses", low=1, high=20)
     force = form.number(f"{where}.max_force_n", above=0.0, high=1e7, required=False)
+    labels = _labels(form, where)
     if not form.ok or name is None or radius is None or per_hole is None or most is None:
         return None
     return Plane(
@@ -134,7 +137,7 @@ def _plane(page: Page, form: Form, index: int) -> Plane | None:
         radius_mm=radius,
         axial_mm=axial,
         positions_deg=positions,
-        hole_labels=_labels(form, where),
+        hole_labels=labels,
         masses_per_position=per_hole,
         max_masses=most,
         max_force_n=force,
@@ -143,7 +146,7 @@ def _plane(page: Page, form: Form, index: int) -> Plane | None:
 
 def _positions(form: Form, where: str) -> tuple[float, ...]:
     """Evenly spaced holes from the first one, or the angles as listed."""
-    listed = form.text(f"{where}.positions_deg", most=4000)
+    listed = form.text(f"{where}.positions_deg", most=4000, listed=True)
     if listed:
         out = []
         for part in listed.replace(";", " ").split():
@@ -161,8 +164,11 @@ def _positions(form: Form, where: str) -> tuple[float, ...]:
 
 
 def _labels(form: Form, where: str) -> tuple[str, ...] | None:
-    listed = form.text(f"{where}.hole_labels", most=4000)
-    return tuple(listed.replace(";", " ").split()) if listed else None
+    listed = form.text(f"{where}.hole_labels", most=4000, listed=True)
+    labels = tuple(listed.replace(";", " ").split()) if listed else None
+    if any(len(label) > LONGEST_LABEL for label in labels or ()):
+        form.wrong(f"{where}.hole_labels", N_("At most %(most)s characters in one label."), most=LONGEST_LABEL)
+    return labels
 
 
 def _sensor(page: Page, form: Form, index: int) -> Sensor | None:
@@ -172,6 +178,7 @@ def _sensor(page: Page, form: Form, index: int) -> Sensor | None:
     unit = form.choice(f"{where}.unit", UNITS, required=False) or "mm/s"
     detection = form.choice(f"{where}.detection", DETECTIONS, required=False) or "rms"
     limit = form.number(f"{where}.limit", above=0.0, high=1e6, required=False)
+    serial = form.text(f"{where}.serial")
     if not form.ok or name is None:
         return None
     return Sensor(
@@ -181,7 +188,7 @@ def _sensor(page: Page, form: Form, index: int) -> Sensor | None:
         unit=unit,  # type: ignore[arg-type]
         detection=detection,  # type: ignore[arg-type]
         limit=limit,
-        serial=form.text(f"{where}.serial"),
+        serial=serial,
     )
 
 

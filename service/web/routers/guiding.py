@@ -83,7 +83,7 @@ def show_step(page: PageDep, session_id: Key, step: str) -> Response:
 def choose_box(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """Give the session its box of stock masses."""
     form = Form(typed, page.language)
-    box = form.text("catalogue_id", required=True)
+    box = form.choice("catalogue_id", [one.id for one in catalogues.find(page.work, steps.MOST_BOXES, 0)])
     if box is None:
         return steps.show(page, guide, form=form, status=422)
     return changed(page, guide, typed, SessionPatch(catalogue_id=box))

@@ -29,6 +29,9 @@ def log_in(page: PageDep, typed: TypedDep) -> Response:
     """Take the token and go on to where the reader wanted to be; what is typed is not shown again."""
     form, back = Form({"token": ""}, page.language), local(typed.get("back", "/"))
     text = typed.get("token", "").strip()
+    if not text:
+        form.wrong("token", N_("Fill in this field."))
+        return page.render("login.html", status=422, form=form, back=back)
     attempts: Attempts = page.request.app.state.attempts
     address = page.request.client.host if page.request.client else "unknown"
     try:

@@ -49,7 +49,7 @@ def store_machine(page: PageDep, typed: TypedDep) -> Response:
             on = "/sessions/new?machine=" if then == "session" else "/machines/"
             return done(page, typed, lambda work: f"{on}{machines.create(work, described).id}")
         except (DrumtrueError, ValidationError) as refused:
-            _refused(form, refused)
+            _refused(page, form, refused)
     return _form(page, form, then=then, status=422)
 
 
@@ -82,7 +82,7 @@ def save_machine(page: PageDep, typed: TypedDep, machine_id: Key) -> Response:
             machines.change(page.work, machine_id, known)
             return page.goto(f"/machines/{machine_id}")
         except (DrumtrueError, ValidationError) as refused:
-            _refused(form, refused)
+            _refused(page, form, refused)
     return _form(page, form, machine_id=machine_id, status=422)
 
 
@@ -104,10 +104,11 @@ def _checked(machine: Machine) -> Machine:
     return read_json(Machine, write_json(machine))
 
 
-def _refused(form: Form, error: DrumtrueError | ValidationError) -> None:
+def _refused(page: Page, form: Form, error: DrumtrueError | ValidationError) -> None:
     if isinstance(error, DrumtrueError):
         form.refused(error)
         return
     for fault in error.errors():
         path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault["loc"]).lstrip(".")
-        form.errors.setdefault(path if path in form.values else "", str(fault["msg"]))
+        beside = max((name for name in form.values if path.startswith(name)), key=len, default="")
+        form.errors.setdefault(beside, page.words(str(fault["msg"]).removeprefix("Value error, ")))
