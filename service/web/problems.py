@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
 from typing import Any
 
 from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
-from service.errors import DrumtrueError
+from service.errors import DrumtrueError, NotFound
 from service.web.language import N_
 from service.web.rendering import Page
 
@@ -25,6 +28,28 @@ TITLES = {
     503: N_("The service cannot answer just now"),
 }
 UNKNOWN = N_("Something went wrong at the server")
+
+
+@dataclass(frozen=True)
+class Onward:
+    """Something that is not stored: how its page is headed, and where to look for what is."""
+
+    title: str
+    path: str
+    name: str
+
+
+_SESSIONS = Onward(N_("There is no such session"), "/sessions", N_("All sessions"))
+_BOXES = Onward(N_("There is no such box"), "/boxes", N_("All boxes"))
+MISSING = {
+    "session_id": _SESSIONS,
+    "machine_id": Onward(N_("There is no such machine"), "/machines", N_("All machines")),
+    "box_id": _BOXES,
+    "catalogue_id": _BOXES,
+    "plan_id": Onward(N_("There is no such plan"), "/sessions/{session_id}/step/plan", N_("To the session’s plan")),
+    "run_id": Onward(N_("There is no such run"), "/sessions/{session_id}/runs", N_("All runs")),
+    "number": Onward(N_("There is no such stop"), "/sessions/{session_id}", N_("To the session")),
+}
 ADVICE = {
     404: N_("The address is wrong, or what it showed was never stored. Go back, or start at the first page."),
     405: N_("Go back and use the buttons of the page."),
@@ -55,18 +80,42 @@ def _either(api: Callable[..., Any]) -> Callable[[Request, Exception], Awaitable
 
 def error_page(request: Request, error: Exception) -> Response:
     """The page for an error: what is wrong, what to do, and a way on."""
-    status = 500
-    if isinstance(error, DrumtrueError | HTTPException):
-        status = error.status if isinstance(error, DrumtrueError) else error.status_code
-    elif type(error).__name__ in ("RequestValidationError", "ValidationError"):
-        status = 422
-    deliberate = isinstance(error, DrumtrueError)
+    status, onward = _status(error), None
+    if (name := _missing(error)) in MISSING:
+        status, onward = 404, MISSING[name]
+    told = error if isinstance(error, DrumtrueError) and onward is None else None
     page = Page(request)
     return page.render(
         "problem.html",
         status=status,
-        title=TITLES.get(status, UNKNOWN),
-        detail=page.words(error.message) if isinstance(error, DrumtrueError) else None,
-        advice=(page.words(error.advice) if isinstance(error, DrumtrueError) and error.advice else None)
-        or (None if deliberate else ADVICE.get(status, UNKNOWN_ADVICE)),
+        title=TITLES.get(status, UNKNOWN) if onward is None else onward.title,
+        detail=page.words(told.message) if told is not None else None,
+        advice=(page.words(told.advice) if told is not None and told.advice else None)
+        or (None if told is not None else ADVICE.get(status, UNKNOWN_ADVICE)),
+        onward=None if onward is None else (onward.path.format_map(_Known(request.path_params)), onward.name),
     )
+
+
+class _Known(dict[str, str]):
+    """Parameters of a path; what is not among them leads to the lists."""
+
+    def __missing__(self, name: str) -> str:
+        return ""
+
+
+def _status(error: Exception) -> int:
+    if isinstance(error, DrumtrueError):
+        return error.status
+    if isinstance(error, HTTPException):
+        return error.status_code
+    return 422 if isinstance(error, RequestValidationError | ValidationError) else 500
+
+
+def _missing(error: Exception) -> str | None:
+    """The parameter of the address that names nothing, stored or storable."""
+    if isinstance(error, NotFound):
+        return error.field
+    if isinstance(error, RequestValidationError):
+        places = [tuple(fault["loc"]) for fault in error.errors()]
+        return next((str(place[1]) for place in places if len(place) > 1 and place[0] == "path"), None)
+    return None

@@ -8,6 +8,7 @@ import pytest
 
 from service.web import assets
 from tests.api.workshop import Workshop
+from tests.web.test_german_pages import english as foreign
 
 HTML = {"accept": "text/html"}
 
@@ -23,6 +24,33 @@ def test_errors_are_pages_for_a_reader_and_problems_for_a_program(shared_shop: W
         assert answer.status_code == 404
     wrong = shared_shop.client.delete("/", headers=HTML)
     assert (wrong.status_code, "does not take that" in wrong.text) == (405, True)
+
+
+@pytest.mark.parametrize(
+    ("path", "english", "german", "onward"),
+    [
+        ("/sessions/none", "There is no such session", "Diese Sitzung gibt es nicht", "/sessions"),
+        ("/sessions/no%20ne🙂", "There is no such session", "Diese Sitzung gibt es nicht", "/sessions"),
+        ("/sessions/none/report", "There is no such session", "Diese Sitzung gibt es nicht", "/sessions"),
+        ("/sessions/none/plans/x/front", "There is no such session", "Diese Sitzung gibt es nicht", "/sessions"),
+        ("/sessions/{session}/plans/x/front", "There is no such plan", "Diesen Plan", "/sessions/{session}/step/plan"),
+        ("/machines/none", "There is no such machine", "Diese Maschine gibt es nicht", "/machines"),
+        ("/machines/" + "x" * 99 + "/edit", "There is no such machine", "Diese Maschine gibt es nicht", "/machines"),
+        ("/boxes/a.b", "There is no such box", "Diesen Kasten gibt es nicht", "/boxes"),
+        ("/boxes/none", "There is no such box", "Diesen Kasten gibt es nicht", "/boxes"),
+    ],
+)
+def test_what_is_not_stored_is_said_by_name_with_a_way_onward(
+    shared_shop: Workshop, path: str, english: str, german: str, onward: str
+) -> None:
+    named = {"session": shared_shop.session()} if "{" in path else {}
+    for language, words in (("en", english), ("de", german)):
+        page = shared_shop.client.get(path.format(**named), headers={**HTML, "accept-language": language})
+        assert page.status_code == 404
+        assert words in page.text
+        assert f'<a class="button" href="{onward.format(**named)}">' in page.text
+    assert foreign(page.text) == []
+    assert shared_shop.client.get(onward.format(**named), headers=HTML).status_code == 200
 
 
 def test_files_are_kept_for_good_under_their_digest_only(shared_shop: Workshop) -> None:

@@ -12,7 +12,7 @@ from db.documents.correction import CorrectionRequest, CorrectionSource
 from db.documents.machine import CataloguePatch, Pieces
 from db.documents.plan import BlockedPosition, Mode, ObjectiveName, PlanRequest
 from db.documents.run import MassOnRotor
-from service.errors import DrumtrueError
+from service.errors import DrumtrueError, NotFound
 from service.usecases import catalogues, corrections, plans
 from service.usecases.work import Work
 from service.web import illustrations, steps
@@ -111,10 +111,14 @@ def make_plan_again(page: PageDep, guide: GuideDep, typed: TypedDep, plan_id: Pl
 @router.get("/plans/{plan_id}/front")
 def show_front(page: PageDep, session_id: Key, plan_id: PlanKey) -> HTMLResponse:
     """What each further piece brings."""
-    plan, points = plans.get(page.work, plan_id), plans.front(page.work, plan_id)
+    session = look(page.work, session_id).session
+    plan = next((one for one in session.plans if one.id == plan_id), None)
+    if plan is None:
+        raise NotFound("the session has no such plan", field="plan_id", value=plan_id)
+    points = plans.front(page.work, plan_id)
     return page.render(
         "front.html",
-        session=look(page.work, session_id).session,
+        session=session,
         plan=plan,
         points=points,
         picture=illustrations.front(plan, points, page.preferences),
