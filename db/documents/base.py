@@ -7,7 +7,8 @@ from functools import cache
 from typing import Annotated, Any, TypeVar, cast, dataclass_transform
 
 from annotated_types import Ge, Le, Len
-from pydantic import ConfigDict, StringConstraints, TypeAdapter
+from pydantic import ConfigDict, GetCoreSchemaHandler, StringConstraints, TypeAdapter
+from pydantic_core import CoreSchema
 
 T = TypeVar("T")
 
@@ -18,7 +19,20 @@ STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, use_attrib
 def document(cls: type[T]) -> type[T]:
     """Make `cls` a frozen keyword-only dataclass that pydantic validates strictly."""
     cls.__pydantic_config__ = STRICT  # type: ignore[attr-defined]
+    cls.__get_pydantic_core_schema__ = classmethod(_schema_made_once)  # type: ignore[attr-defined]
     return dataclass(frozen=True, kw_only=True)(cls)
+
+
+def _schema_made_once(cls: Any, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    """Pydantic's own schema of a document, made at its first use.
+
+    A document is part of many others and of many routes. pydantic would read the class, its source text included, for
+    each of them, and every start of the service would take seconds longer.
+    """
+    if "_schema" not in cls.__dict__:
+        cls._schema = None  # being made: the call from within asks pydantic
+        cls._schema = TypeAdapter(cls).core_schema
+    return cls._schema or handler(source)
 
 
 Name = Annotated[
