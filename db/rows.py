@@ -21,6 +21,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from db.documents.access import Scope
 from db.documents.correction import Correction
+from db.documents.findings import Findings
 from db.documents.influence import LearnedInfluence
 from db.documents.machine import CatalogueItem, Machine
 from db.documents.plan import Plan
@@ -229,6 +230,18 @@ class ReadingRow(Base):
     speed_rpm: Mapped[float | None]
     scatter: Mapped[float | None]
     overall_rms: Mapped[float | None]
+
+
+class ReadingFindingsRow(Base):
+    """What the signal chain found beside a reading; a row of its own, so that plain readings cost no more."""
+
+    __tablename__ = "reading_findings"
+    __table_args__ = (Index(None, "source", "taken_at"),)
+
+    source: Mapped[str] = mapped_column(String(100), primary_key=True)
+    sequence: Mapped[int] = mapped_column(BigInteger, primary_key=True, autoincrement=False)
+    taken_at: Mapped[datetime] = mapped_column(UtcTime)
+    findings: Mapped[Findings] = mapped_column(Document(Findings))
 
 
 class ReadingMinuteRow(Base):

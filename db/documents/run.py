@@ -10,6 +10,7 @@ from pydantic import AwareDatetime, Field
 
 from db.documents.base import MAX_LIST, AngleDeg, Finite, Name, NotNegative, Positive, Scatter, Sequence, Text, document
 from db.documents.diagnostic import Diagnostic
+from db.documents.findings import Findings
 
 RunKind = Literal["initial", "trial", "check", "correction"]
 
@@ -42,6 +43,8 @@ class RunReading:
     """Standard deviation of the 1x vector per real component, of the mean if averaged; in the amplitude's unit."""
     overall_rms: NotNegative | None = None
     """Broadband value beside the 1x amplitude, rms, in the sensor's unit."""
+    findings: Findings | None = None
+    """What the signal chain found beside it, where it was measured from blocks of waveforms."""
 
 
 @document

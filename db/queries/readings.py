@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
 from sqlalchemy import Select, and_, delete, func, insert, or_, select
 
 from db.bulk import NewReading, insert_new
+from db.documents.findings import Findings
 from db.notices import stream
 from db.queries.base import Queries
-from db.rows import BalancerAnswerRow, ReadingMinuteRow, ReadingRow, SourceRow
+from db.rows import BalancerAnswerRow, ReadingFindingsRow, ReadingMinuteRow, ReadingRow, SourceRow
 
 _LOOKUP_CHUNK = 400
 """Numbers in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
@@ -33,6 +34,46 @@ class Readings(Queries):
                 told = {"new": added, "last_sequence": last}
                 self._note("sent", ReadingRow.__tablename__, source, told, chained=False)
         return added
+
+    def add_findings(self, source: str, taken_at: datetime, found: Mapping[int, Findings]) -> None:
+        """Store what was found beside readings of a source, by their numbers; what is stored already stays."""
+        known = self.findings(source, list(found))
+        rows = [
+            {"source": source, "sequence": number, "taken_at": taken_at, "findings": one}
+            for number, one in found.items()
+            if number not in known
+        ]
+        if rows:
+            self._session.execute(insert(ReadingFindingsRow), rows)
+
+    def findings(self, source: str, sequences: Sequence[int]) -> dict[int, Findings]:
+        """What was found beside these readings of a source, by their numbers; most have nothing."""
+        found: dict[int, Findings] = {}
+        kind = ReadingFindingsRow
+        for start in range(0, len(sequences), _LOOKUP_CHUNK):
+            chunk = sequences[start : start + _LOOKUP_CHUNK]
+            query = select(kind.sequence, kind.findings).where(kind.source == source, kind.sequence.in_(chunk))
+            found |= {row.sequence: row.findings for row in self._session.execute(query)}
+        return found
+
+    def findings_between(self, source: str, since: datetime, until: datetime) -> dict[int, Findings]:
+        """What was found beside readings of a source between two times, by their numbers, in their order."""
+        kind = ReadingFindingsRow
+        query = select(kind.sequence, kind.findings).where(
+            kind.source == source, kind.taken_at >= since, kind.taken_at <= until
+        )
+        return {row.sequence: row.findings for row in self._session.execute(query.order_by(kind.sequence))}
+
+    def readings_of(
+        self, source: str, since: datetime | None, until: datetime | None, limit: int, offset: int
+    ) -> Sequence[ReadingRow]:
+        """Raw readings of a source, from and until these times where they are stated; newest first."""
+        query = select(ReadingRow).where(ReadingRow.source == source)
+        if since is not None:
+            query = query.where(ReadingRow.taken_at >= since)
+        if until is not None:
+            query = query.where(ReadingRow.taken_at <= until)
+        return self._page(query.order_by(ReadingRow.taken_at.desc(), ReadingRow.sequence.desc()), limit, offset)
 
     def known(
         self, kind: type[ReadingRow | BalancerAnswerRow], keys: Sequence[tuple[str, int]]
@@ -129,6 +170,8 @@ class Readings(Queries):
         """Remove raw readings of a source from before a moment, and store what is left of them."""
         self._session.execute(insert(ReadingMinuteRow), minutes)
         self._session.execute(delete(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until))
+        old = ReadingFindingsRow.source == source, ReadingFindingsRow.taken_at < until
+        self._session.execute(delete(ReadingFindingsRow).where(*old))
         if self._history is not None:
             changes = {"rolled_up_before": [None, until.isoformat()], "readings": [readings, 0]}
             self._history.note("changed", "source", source, changes)

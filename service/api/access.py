@@ -35,6 +35,7 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "list_history",
             "get_session_history",
             "list_sources",
+            "list_readings",
             "list_sessions",
             "get_session",
             "get_log",

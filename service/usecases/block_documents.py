@@ -8,9 +8,8 @@ from annotated_types import Ge, Gt, Le, Len
 from pydantic import AwareDatetime
 
 from db.documents.base import Finite, Name, NotNegative, Positive, Sequence, document
+from db.documents.findings import BearingDirections, Flag, NeighbourTone, OrderComponent
 from db.documents.machine import Quantity, Unit
-from drivers.signal.chain import Flag
-from drivers.signal.directions import Doubt
 from drivers.signal.windows import Window
 
 Samples = Annotated[tuple[float | None, ...], Len(2, 2_000_000)]
@@ -79,28 +78,6 @@ class RawBlock:
 
 
 @document
-class OrderComponent:
-    """One order of a channel."""
-
-    order: int
-    """Multiple of the speed."""
-    amplitude: float
-    """Amplitude, in the sensor's unit and detection."""
-    phase_deg: float
-    """Phase, degrees of the component's own period, in the machine's phase sense."""
-
-
-@document
-class NeighbourTone:
-    """A tone of another machine."""
-
-    order: float
-    """Its frequency over that of the rotor."""
-    amplitude: float
-    """Amplitude, in the sensor's unit and detection."""
-
-
-@document
 class MeasuredChannel:
     """What a channel says; the reading that was stored, and what lies beside it."""
 
@@ -138,22 +115,6 @@ class RefusedChannel:
     """Stable code of the reason."""
     detail: str
     """What is wrong and what to do."""
-
-
-@document
-class BearingDirections:
-    """1x components in different directions at one bearing."""
-
-    bearing: str
-    """Bearing."""
-    h_to_v: float | None
-    """Horizontal over vertical amplitude."""
-    h_minus_v_deg: float
-    """Phase of horizontal less that of vertical, degrees."""
-    axial_to_radial: float | None
-    """Axial over the greater radial amplitude; null without an axial sensor."""
-    doubts: tuple[Doubt, ...]
-    """Signs that something besides unbalance is at work."""
 
 
 @document

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+
 import numpy as np
 
+from db.documents.findings import BearingDirections, Findings, NeighbourTone, OrderComponent
 from db.documents.machine import Machine
 from drivers.block_driver import reading_of
 from drivers.errors import InvalidSetting, SignalRefused
@@ -14,12 +19,9 @@ from drivers.signal.edges import find_edges
 from service.errors import InvalidInput
 from service.usecases import readings
 from service.usecases.block_documents import (
-    BearingDirections,
     BlockChannel,
     BlockReceipt,
     MeasuredChannel,
-    NeighbourTone,
-    OrderComponent,
     RawBlock,
     RefusedChannel,
     Samples,
@@ -29,7 +31,9 @@ from service.usecases.work import Work
 
 
 def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
-    """Measure a block and store a reading of each channel that gives one; sent again, they are stored once.
+    """Measure a block and store a reading of each channel that gives one, with what else was found of it.
+
+    Sent again, they are stored once.
 
     Raises InvalidInput for channels that do not fit together, and where no channel gives a reading (code `signal_` and
     that of `drivers.errors.SignalRefused`), else as `readings.ingest` does.
@@ -47,13 +51,8 @@ def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
     if not found:
         first = next(one for one in outcomes if isinstance(one, Refusal))
         raise _nothing(first.code, f"{first.channel.sensor}: {first.reason}")
-    receipt = readings.ingest(
-        work,
-        [
-            reading_of(one, source=raw.source, sequence=number, taken_at=raw.taken_at, session_id=raw.session_id)
-            for number, one in found.items()
-        ],
-    )
+    directions = _directions(machine, list(found.values()))
+    receipt = _store(work, raw, machine, found, directions)
     return BlockReceipt(
         accepted=receipt.accepted,
         duplicates=receipt.duplicates,
@@ -63,7 +62,41 @@ def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
             for one in outcomes
             if isinstance(one, Refusal)
         ),
-        directions=_directions(machine, list(found.values())),
+        directions=directions,
+    )
+
+
+def _store(
+    work: Work, raw: RawBlock, machine: Machine, found: Mapping[int, Measured], directions: Sequence[BearingDirections]
+) -> readings.Receipt:
+    """Store the readings and, beside those that are new or bare, their findings: all in one unit of work."""
+    stated = [
+        reading_of(one, source=raw.source, sequence=number, taken_at=raw.taken_at, session_id=raw.session_id)
+        for number, one in found.items()
+    ]
+    bearings = {sensor.name: sensor.bearing for sensor in machine.sensors}
+    at_bearing = {one.bearing: one for one in directions}
+    with work.write() as store:
+        receipt = readings.ingest(replace(work, joined=lambda: nullcontext(store)), stated)
+        store.add_findings(
+            raw.source,
+            raw.taken_at,
+            {
+                number: _findings(one, at_bearing.get(bearings[one.channel.sensor] or ""))
+                for number, one in found.items()
+            },
+        )
+    return receipt
+
+
+def _findings(one: Measured, directions: BearingDirections | None) -> Findings:
+    seen = _measured(0, one)
+    return Findings(
+        turns=seen.turns,
+        components=seen.components,
+        neighbour=seen.neighbour,
+        flags=seen.flags,
+        directions=directions,
     )
 
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime, timedelta
 
 import numpy as np
 
 from db.documents.base import document
+from db.documents.findings import Findings
 from db.documents.machine import Machine
 from db.documents.run import Take
 from db.rows import ReadingRow, SessionRow
+from db.store import Store
 from service.balancing.phasors import PhaseSense, phasor, polar
 from service.usecases.work import Work, require
 
@@ -49,6 +52,8 @@ class SensorNow:
     """Both spreads and the drift are small, and there are enough readings."""
     why_not: str | None
     """What is not steady yet."""
+    findings: Findings | None = None
+    """What the signal chain found beside the newest reading, where that came from a block of waveforms."""
 
 
 @document
@@ -76,7 +81,22 @@ def look(work: Work, session_id: str, since: datetime | None = None) -> Live:
         session = require(store, SessionRow, session_id)
         sources = [row.name for row in store.sources() if row.machine_id == session.machine_id]
         rows = store.newest_readings(session.machine_id, session.id, sources, _first(session, since), MOST_READINGS)
-        return _seen(session.id, session.machine, rows)
+        return _with_findings(store, _seen(session.id, session.machine, rows), rows)
+
+
+def _with_findings(store: Store, live: Live, rows: Sequence[ReadingRow]) -> Live:
+    """The same, with what is stored beside the newest reading of each sensor; rows: newest first."""
+    newest: dict[str, ReadingRow] = {}
+    for row in rows:
+        newest.setdefault(row.sensor, row)
+    numbers: dict[str, list[int]] = defaultdict(list)
+    for row in newest.values():
+        numbers[row.source].append(row.sequence)
+    found = {source: store.findings(source, sequences) for source, sequences in numbers.items()}
+    sensors = (
+        replace(one, findings=found[newest[one.sensor].source].get(newest[one.sensor].sequence)) for one in live.sensors
+    )
+    return replace(live, sensors=tuple(sensors))
 
 
 def topics(work: Work, session_id: str) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from db.bulk import NewReading
 from db.documents.base import document
+from db.documents.findings import Findings
 from db.documents.machine import Machine
 from db.documents.run import BalancerAnswer
 from db.rows import BalancerAnswerRow, MachineRow, ReadingRow, SessionRow, SourceRow
@@ -45,6 +46,36 @@ class Source:
 
 
 @document
+class StoredReading:
+    """A raw reading as it is stored, until it is rolled up."""
+
+    source: str
+    """Who measured."""
+    sequence: int
+    """Its number."""
+    machine_id: str
+    """Machine it belongs to."""
+    session_id: str | None
+    """Session it was sent for; null for a source that is bound to the machine."""
+    taken_at: datetime
+    """When it was taken, UTC."""
+    sensor: str
+    """Sensor."""
+    amplitude: float
+    """1x amplitude, in the sensor's quantity, unit and detection."""
+    phase_deg: float | None
+    """1x phase, degrees, in the machine's phase sense."""
+    speed_rpm: float | None
+    """Speed, r/min."""
+    scatter: float | None
+    """Standard deviation of the 1x vector per real component, in the amplitude's unit."""
+    overall_rms: float | None
+    """Broadband value, rms, in the sensor's unit."""
+    findings: Findings | None
+    """What the signal chain found beside it, where it was measured from a block of waveforms."""
+
+
+@document
 class StoredAnswer:
     """A balancer's answer as it is stored."""
 
@@ -73,6 +104,21 @@ def sources(work: Work) -> tuple[Source, ...]:
     """Bound sources, by name."""
     with work.read() as store:
         return tuple(Source(name=r.name, machine_id=r.machine_id, bound_at=r.bound_at) for r in store.sources())
+
+
+def of_source(
+    work: Work, name: str, since: datetime | None, until: datetime | None, limit: int, offset: int
+) -> tuple[StoredReading, ...]:
+    """Raw readings of a bound source with what was found beside them, newest first. Raises NotFound."""
+    with work.read() as store:
+        require(store, SourceRow, name)
+        rows = store.readings_of(name, since, until, limit, offset)
+        found = store.findings(name, [row.sequence for row in rows])
+        columns = [column for column in StoredReading.__dataclass_fields__ if column != "findings"]
+        return tuple(
+            StoredReading(**{name: getattr(row, name) for name in columns}, findings=found.get(row.sequence))
+            for row in rows
+        )
 
 
 def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:

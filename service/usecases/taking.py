@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from db.documents.findings import Findings, OrderComponent
 from db.documents.machine import Machine
 from db.documents.run import RunReading, Take
 from db.rows import ReadingRow, SessionRow, SourceRow
 from db.store import Store
-from service.balancing.phasors import phasor, polar
+from service.balancing.phasors import PhaseSense, phasor, polar
 from service.errors import Conflict, InvalidInput
 from service.usecases.work import require
 
@@ -52,8 +53,9 @@ def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunRe
     by_sensor: dict[str, list[ReadingRow]] = defaultdict(list)
     for row in rows:
         by_sensor[row.sensor].append(row)
+    found = store.findings_between(take.source, take.since, take.until)
     readings = tuple(
-        _averaged(session.machine, sensor.name, by_sensor[sensor.name])
+        _averaged(session.machine, sensor.name, by_sensor[sensor.name], found)
         for sensor in session.machine.sensors
         if by_sensor[sensor.name]
     )
@@ -68,7 +70,7 @@ def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunRe
     return readings
 
 
-def _averaged(machine: Machine, sensor: str, rows: Sequence[ReadingRow]) -> RunReading:
+def _averaged(machine: Machine, sensor: str, rows: Sequence[ReadingRow], found: Mapping[int, Findings]) -> RunReading:
     """Vector mean; scatter of the mean from the spread, or from the readings' own scatter where there is only one.
 
     Without a phase in all of them the amplitudes are averaged and the phase is None.
@@ -94,7 +96,32 @@ def _averaged(machine: Machine, sensor: str, rows: Sequence[ReadingRow]) -> RunR
         # Readings that are all the same have no spread to speak of: that is unknown, not zero.
         scatter=scatter or None,
         overall_rms=float(np.mean(overall)) if overall else None,
+        findings=together([found[row.sequence] for row in rows if row.sequence in found], machine.phase_sense),
     )
+
+
+def together(found: Sequence[Findings], sense: PhaseSense) -> Findings | None:
+    """Findings of several blocks of one sensor, oldest first, as those of one; None of none.
+
+    Amplitudes in the sensor's unit and detection, phases in degrees in `sense`.
+    """
+    if not found:
+        return None
+    orders = min(len(one.components) for one in found)
+    tones = [one.neighbour for one in found if one.neighbour is not None]
+    return Findings(
+        turns=sum(one.turns for one in found),
+        components=tuple(_mean_component([one.components[k] for one in found], sense) for k in range(orders)),
+        neighbour=max(tones, key=lambda tone: tone.amplitude, default=None),
+        flags=tuple(dict.fromkeys(flag for one in found for flag in one.flags)),
+        directions=found[-1].directions,
+    )
+
+
+def _mean_component(parts: Sequence[OrderComponent], sense: PhaseSense) -> OrderComponent:
+    mean = complex(np.mean([phasor(part.amplitude, part.phase_deg, sense) for part in parts]))
+    amplitude, phase_deg = polar(mean, sense)
+    return OrderComponent(order=parts[0].order, amplitude=amplitude, phase_deg=phase_deg)
 
 
 def _scatter_of_mean(vectors: np.ndarray[tuple[int], np.dtype[np.complex128]], mean: complex) -> float:

@@ -216,6 +216,7 @@ def from_a_bridge(recorder: Recorder, machine: str, box: str) -> None:
     recorder.ask("POST", "/balancer-answers", {**stamp, "sequence": 0, "session_id": session, "masses": masses})
     recorder.ask("GET", f"/sessions/{session}/balancer-answers")
     recorder.ask("POST", "/blocks", block(stamp))
+    recorder.ask("GET", "/sources/bridge 1/readings?limit=1")
 
 
 def block(stamp: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 
+from db.documents import findings
 from drivers.drum import DrumSpec, true_readings
 from drivers.example import threshing_drum_example
 from drivers.sensing import Sensor
+from drivers.signal import chain, directions
 from drivers.signal.block import Block
 from drivers.waveform import Disturbance, simulate_block
-from tests.api.workshop import Workshop
+from tests.api.workshop import Workshop, reading
 
 NOON = "2026-03-01T12:00:00+00:00"
 QUIET = Disturbance(electronics=0.002)
@@ -74,6 +76,36 @@ class TestBlocks:
         run = shop.post(f"/sessions/{shop.session(machine)}/runs", {"kind": "initial", "take": take})
         for one in run["readings"]:
             assert one["amplitude"] == pytest.approx(true_readings(spec)[one["sensor"]][0], rel=0.005)
+
+    def test_what_was_found_beside_a_reading_is_kept_with_it(self, shop: Workshop, machine: str) -> None:
+        block = simulated(threshing_drum_example(), disturbance=replace(QUIET, full_scale=0.2))
+        sent = body(block, accept_clipped=True)
+        measured = shop.post("/blocks", sent)["measured"]
+        shop.post("/blocks", sent)
+        assert shop.count("reading_findings") == 2
+        kept = ("turns", "components", "neighbour", "flags")
+        told = [{**{name: one[name] for name in kept}, "directions": None} for one in measured]
+        listed = shop.get("/sources/box/readings")
+        assert [(one["sequence"], one["findings"]) for one in listed] == [(11, told[1]), (10, told[0])]
+        assert shop.get("/sources/box/readings?offset=1&limit=1") == listed[1:]
+        assert shop.get("/sources/box/readings?from=2026-03-01T12:00:01Z") == []
+        session = shop.session(machine)
+        shop.post("/blocks", {**sent, "sequence": 20, "taken_at": "2026-03-01T12:00:10Z"})
+        shop.post("/readings", {**reading("Q", 1.0 + 0j), "source": "box", "sequence": 30, "taken_at": NOON})
+        take = {"source": "box", "from": NOON, "to": "2026-03-01T12:01:00Z"}
+        run = shop.post(f"/sessions/{session}/runs", {"kind": "initial", "take": take})
+        now = shop.get(f"/sessions/{session}/now")["sensors"]
+        assert [one["findings"]["turns"] for one in now] == [one["turns"] for one in told]
+        for one, single in zip(run["readings"], told, strict=True):
+            assert one["findings"]["turns"] == 2 * single["turns"]
+            assert one["findings"]["flags"] == ["clipped"]
+            for mean, part in zip(one["findings"]["components"], single["components"], strict=True):
+                assert mean == pytest.approx(part)
+        assert shop.get(f"/sessions/{session}/log")["runs"][0]["readings"] == run["readings"]
+
+    def test_the_flags_of_the_chain_are_those_that_are_stored(self) -> None:
+        assert get_args(findings.Flag) == get_args(chain.Flag)
+        assert get_args(findings.Doubt) == get_args(directions.Doubt)
 
     def test_a_tachometer_signal_does_as_well_as_edges(self, shop: Workshop) -> None:
         spec = threshing_drum_example()
@@ -139,6 +171,8 @@ class TestBlocks:
         apart = (true["H"][1] - true["V"][1] + 180.0) % 360.0 - 180.0
         assert bearing["h_minus_v_deg"] == pytest.approx(apart, abs=1.0)
         assert bearing["axial_to_radial"] is None
+        kept = shop.get("/sources/box/readings")
+        assert [one["findings"]["directions"] for one in kept] == [bearing, bearing]
 
 
 class TestRefusals:

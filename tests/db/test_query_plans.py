@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from sqlalchemy import Connection, event
 
+from tests.api.record_examples import block
 from tests.api.test_readings import answer, arrival, at
 from tests.api.workshop import Workshop
 
@@ -71,7 +72,9 @@ def the_whole_day(shop: Workshop) -> None:
     shop.post("/readings", arrival(1))
     shop.post("/readings", [arrival(n) for n in range(12)])
     shop.post("/balancer-answers", answer(20))
+    shop.post("/blocks", block({"source": "bridge", "taken_at": at(20)}))
     shop.get(f"/sessions/{session}/now")
+    shop.get(f"/sources/bridge/readings?from={NOON[:19]}Z")
     shop.post(
         f"/sessions/{session}/runs", {"kind": "initial", "take": {"source": "bridge", "from": NOON, "to": at(60)}}
     )

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Annotated
 
 from annotated_types import Len
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Query
+from pydantic import AwareDatetime
 
 from db.documents.base import Name, document
 from db.documents.run import BalancerAnswer
@@ -14,7 +15,7 @@ from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
 from service.api.routing import StrictRoute
 from service.usecases import answers, readings
 from service.usecases.answers import ListedAnswer
-from service.usecases.readings import Receipt, Source, StoredAnswer
+from service.usecases.readings import Receipt, Source, StoredAnswer, StoredReading
 
 router = APIRouter(route_class=StrictRoute)
 SourceName = Annotated[
@@ -62,3 +63,20 @@ def list_sources(work: WorkDep) -> tuple[Source, ...]:
 def bind_source(work: WorkDep, name: SourceName, binding: Binding) -> Source:
     """Bind a source to the machine it is mounted on. There is no quantity with a unit."""
     return readings.bind(work, name, binding.machine_id)
+
+
+@router.get("/sources/{name}/readings", tags=["readings"], responses=errors(404))
+def list_readings(
+    work: WorkDep,
+    name: SourceName,
+    since: Annotated[AwareDatetime | None, Query(alias="from", description="Taken then or later, RFC 3339.")] = None,
+    until: Annotated[AwareDatetime | None, Query(alias="to", description="Taken then or earlier, RFC 3339.")] = None,
+    limit: Limit = 50,
+    offset: Offset = 0,
+) -> tuple[StoredReading, ...]:
+    """Raw readings of a bound source, newest first, with what the signal chain found beside those of blocks.
+
+    Amplitudes in the sensor's unit and detection, phases in degrees in the machine's `phase_sense`, speed in r/min,
+    times in UTC. Readings that were rolled up are not listed.
+    """
+    return readings.of_source(work, name, since, until, limit, offset)
