@@ -118,9 +118,11 @@ def _stock(stock: Stock, free: BoolArray) -> None:
     if not np.isfinite(fasteners).all():
         raise NumericsError("a fastener's mass is not finite: state it in g", field="stock.fasteners_g")
     _not_negative(counts, "stock.counts", "0 where the box is used up")
-    pairs, times = np.unique(np.stack([masses, fasteners])[:, free], axis=1, return_counts=True)
-    if (times > 1).any():
-        mass = float(pairs[0, times > 1][0])
+    order = np.lexsort((fasteners[free], masses[free]))
+    pairs = np.stack([masses[free], fasteners[free]])[:, order]
+    again = (pairs[:, 1:] == pairs[:, :-1]).all(axis=0)
+    if again.any():
+        mass = float(pairs[0, 1:][again][0])
         raise NumericsError(
             f"{mass:g} g stands in the catalogue twice: state it once and add up the counts",
             field="stock.masses_g",

@@ -20,7 +20,7 @@ from service.balancing.joint import PlaneList, combine, combine_up_to
 from service.balancing.objectives import evaluate
 from service.balancing.opened import Opened, opened
 from service.balancing.placements import Selection, effective_g, result_of, slots, vectors_of
-from service.balancing.record import TIE, Record
+from service.balancing.record import TIE, Entry, Record
 from service.balancing.region import Bounds, Ellipsoid, bounds_of, ellipsoid
 from service.balancing.selection import UNLIMITED, SelectionProblem, SelectionResult, Status
 from service.balancing.sums import Halves, Sums, halves_of, near, placements_of
@@ -95,13 +95,17 @@ class _Search:
         if start is not None:
             self.offer(whole.narrow(start))
         self.floor = 0.0
+        self._told: tuple[list[Entry], tuple[Selection, ...], tuple[float, ...]] = ([], (), ())
 
     def state(self, *, proved: bool = False, exhausted: bool = False) -> ExactState:
         """Snapshot."""
         found = self.record.entries
+        if found is not self._told[0]:
+            selections = tuple(self.whole.widen(entry.selection) for entry in found)
+            self._told = found, selections, tuple(entry.value for entry in found)
         return ExactState(
-            selections=tuple(self.whole.widen(entry.selection) for entry in found),
-            values=tuple(entry.value for entry in found),
+            selections=self._told[1],
+            values=self._told[2],
             lower_bound=found[0].value if proved and self.values_count else min(self.floor, found[0].value),
             evaluations=self.evaluations,
             proved=proved,

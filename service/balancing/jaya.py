@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import count
+from itertools import accumulate, count
 
 import numpy as np
 
@@ -53,6 +53,7 @@ class _Layout:
     """Where each slot's variables stand, and what their values mean."""
 
     plane: IntArray  # (slots,) plane of each slot
+    slots: tuple[slice, ...]  # per plane: its slots
     mass: FloatArray  # (I + 1,) mass of each rank, ascending; rank 0 is the empty slot
     item: IntArray  # (I + 1,) stock item of each rank, -1 for the empty slot
     order: tuple[IntArray, ...]  # per plane: positions by ascending angle
@@ -89,6 +90,12 @@ def search_jaya(
     Deterministic for a given `rng`. Raises NumericsError for an invalid problem, and for more than a step may move.
     """
     validate(problem)
+    return _search(problem, rng, members, runs, as_published)
+
+
+def _search(
+    problem: SelectionProblem, rng: np.random.Generator, members: int | None, runs: int, as_published: bool
+) -> Iterator[JayaState]:
     layout = _layout(problem)
     if layout.plane.size == 0:
         return _nothing_fits(problem, runs)
@@ -121,10 +128,11 @@ def solve_jaya(
     same value. Raises NumericsError as `search_jaya`.
     """
     validate(problem)
-    default = budget(problem, as_published=as_published)
-    population, rounds = members or default[0], generations or default[1]
-    rng = np.random.default_rng(seed)
-    search = search_jaya(problem, rng, members=population, runs=runs, as_published=as_published)
+    population, rounds = members or 0, generations or 0
+    if not (population and rounds):
+        default = budget(problem, as_published=as_published)
+        population, rounds = members or default[0], generations or default[1]
+    search = _search(problem, np.random.default_rng(seed), population, runs, as_published)
     state = next(search)
     while state.generation < rounds and not stop():
         state = next(search)
@@ -179,6 +187,7 @@ def _layout(problem: SelectionProblem) -> _Layout:
     sorted_angles = [a[o] for a, o in zip(turned, order, strict=True)]
     return _Layout(
         plane=np.repeat(np.arange(len(many)), many),
+        slots=tuple(slice(end - own, end) for end, own in zip(accumulate(many), many, strict=True)),
         mass=np.concatenate([[0.0], mass[rank]]),
         item=np.concatenate([[-1], rank]).astype(np.int64),
         order=tuple(order),
@@ -210,24 +219,24 @@ def _as_mixed(problem: SelectionProblem, layout: _Layout, as_published: bool) ->
         mended[:, 0::2] = _repaired(problem, layout, rank, position)
         return mended
 
-    return MixedProblem(tuple(variables), values, None if as_published else repair)
+    bound = any(binding != FREE for binding in layout.binding)
+    return MixedProblem(tuple(variables), values, repair if bound and not as_published else None)
 
 
 def _decode(layout: _Layout, x: FloatArray, as_published: bool) -> tuple[IntArray, IntArray]:
     """(n, slots) ranks of masses and positions in order of angle."""
     rank = np.searchsorted(layout.mass, x[:, 0::2]) if as_published else x[:, 0::2].astype(np.int64)
     position = np.empty(rank.shape, dtype=np.int64)
-    for p, angles in enumerate(layout.turned):
-        mine = layout.plane == p
-        position[:, mine] = np.searchsorted(angles, x[:, 1::2][:, mine])
+    for mine, angles in zip(layout.slots, layout.turned, strict=True):
+        position[:, mine] = angles.searchsorted(x[:, 1::2][:, mine])
     return rank.astype(np.int64), position
 
 
 def _vectors(problem: SelectionProblem, layout: _Layout, rank: IntArray, position: IntArray) -> ComplexArray:
     u = np.empty((len(rank), len(problem.planes)), dtype=np.complex128)
-    for p, plane in enumerate(problem.planes):
-        mine = layout.plane == p
-        u[:, p] = plane.fixed + (layout.mass[rank[:, mine]] * layout.turns[p][position[:, mine]]).sum(axis=1)
+    mass = layout.mass[rank]
+    for p, (plane, mine) in enumerate(zip(problem.planes, layout.slots, strict=True)):
+        u[:, p] = plane.fixed + (mass[:, mine] * layout.turns[p][position[:, mine]]).sum(axis=1)
     return u
 
 
@@ -264,13 +273,17 @@ def _repaired(problem: SelectionProblem, layout: _Layout, rank: IntArray, positi
 
 def _states(problem: SelectionProblem, layout: _Layout, search: Jaya, as_published: bool) -> Iterator[JayaState]:
     """Each generation's best as a selection; a member that breaks a limit is emptied where it does."""
+    known: FloatArray | None = None
     for state in search:
-        rank, position = _decode(layout, search.run_bests(), as_published)
-        if as_published:
-            rank = _repaired(problem, layout, rank, position)
-        values = evaluate(problem.objective, _vectors(problem, layout, rank, position))
-        best = int(values.argmin())
-        pieces = _pieces(layout, rank[best], position[best])
+        bests = search.run_bests()
+        if known is None or not np.array_equal(bests, known):
+            known = bests
+            rank, position = _decode(layout, bests, as_published)
+            if as_published:
+                rank = _repaired(problem, layout, rank, position)
+            values = evaluate(problem.objective, _vectors(problem, layout, rank, position))
+            best = int(values.argmin())
+            pieces = _pieces(layout, rank[best], position[best])
         yield JayaState(state.number, pieces, float(values[best]), state.evaluations, tuple(values.tolist()))
 
 
@@ -278,11 +291,12 @@ def _pieces(layout: _Layout, rank: IntArray, position: IntArray) -> Selection:
     return tuple(
         tuple(
             sorted(
-                Piece(int(order[position[s]]), int(layout.item[rank[s]]))
-                for s in np.flatnonzero((layout.plane == p) & (rank > 0))
+                Piece(int(order[where]), int(layout.item[chosen]))
+                for chosen, where in zip(rank[mine].tolist(), position[mine].tolist(), strict=True)
+                if chosen > 0
             )
         )
-        for p, order in enumerate(layout.order)
+        for mine, order in zip(layout.slots, layout.order, strict=True)
     )
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,15 +51,34 @@ class Placements:
         """Index that stands for no piece."""
         return len(self.vector) - 1
 
+    @cached_property
+    def room(self) -> tuple[int, bool, int]:
+        """Pieces that any position takes, whether some position limits grams, and pieces that the box has of any item.
+
+        What a row cannot break need not be counted.
+        """
+        grams = bool(np.isfinite(self.capacity_g[self.position]).any())
+        return int(self.capacity[self.position].min()), grams, int(self.counts[self.item].min())
+
     def allowed(self, index: IntArray) -> BoolArray:
         """Which rows of index (n, k) keep every limit of the plane and of the box."""
-        position, item, mass = self.position[index], self.item[index], self.mass[index]
-        fits = np.asarray(within_g(mass.sum(axis=1), self.max_mass_g))
-        for j in range(index.shape[1]):
-            here = position == position[:, j : j + 1]
-            fits &= here.sum(axis=1) <= self.capacity[position[:, j]]
-            fits &= within_g((mass * here).sum(axis=1), self.capacity_g[position[:, j]])
-            fits &= (item == item[:, j : j + 1]).sum(axis=1) <= self.counts[item[:, j]]
+        many = index.shape[1]
+        a_position, grams, an_item = self.room
+        fits = np.ones(len(index), dtype=bool)
+        if grams or math.isfinite(self.max_mass_g):
+            mass = self.mass[index]
+            fits &= within_g(mass.sum(axis=1), self.max_mass_g)
+        if a_position < many or grams:
+            position = self.position[index]
+            for j in range(many):
+                here = position == position[:, j : j + 1]
+                fits &= here.sum(axis=1) <= self.capacity[position[:, j]]
+                if grams:
+                    fits &= within_g((mass * here).sum(axis=1), self.capacity_g[position[:, j]])
+        if an_item < many:
+            item = self.item[index]
+            for j in range(many):
+                fits &= (item == item[:, j : j + 1]).sum(axis=1) <= self.counts[item[:, j]]
         return fits
 
     def pieces(self, row: IntArray) -> tuple[Piece, ...]:
@@ -95,7 +115,9 @@ class Halves:
     def selections(self) -> float:
         """About how many selections the pairs make."""
         pairs = float(len(self.first)) * float(len(self.second))
-        return pairs / math.comb(2 * self.first.index.shape[1], self.first.index.shape[1]) if self.ordered else pairs
+        if self.ordered:
+            pairs /= math.comb(2 * self.first.index.shape[1], self.first.index.shape[1])
+        return min(pairs, _many(self.placements, None, self.placements.most))
 
 
 def placements_of(plane: SelectionPlane, stock: Stock, most: int | None = None) -> Placements:
@@ -154,10 +176,10 @@ def _many(placements: Placements, parity: int | None, most: int) -> float:
     if most > MOST_LISTED:
         return math.inf
     counts = np.ones(1)
-    for position, kinds in zip(*np.unique(placements.position[:-1], return_counts=True), strict=True):
-        if parity is None or position % 2 == parity:
+    for position, kinds in enumerate(np.bincount(placements.position[:-1]).tolist()):
+        if kinds and (parity is None or position % 2 == parity):
             room = min(int(placements.capacity[position]), most)
-            ways = [float(math.comb(int(kinds) + k - 1, k)) for k in range(room + 1)]
+            ways = [float(math.comb(kinds + k - 1, k)) for k in range(room + 1)]
             counts = np.convolve(counts, ways)[: most + 1]
     return float(counts.sum())
 
@@ -242,7 +264,7 @@ def near(halves: Halves, centre: complex, shape: tuple[complex, complex], radius
             target[part] = shift + sign * (shape[0] * vector[part] + shape[1] * np.conj(vector[part]))
             yield stop
     slabs = min(max(1, math.ceil(len(ends) / SLAB)), 250)
-    edges = np.quantile(ends.real[::slabs], np.arange(1, slabs) / slabs)
+    edges = np.quantile(ends.real[::slabs], np.arange(1, slabs) / slabs) if slabs > 1 else np.empty(0)
     at = yield from _slabs(ends.real, edges, stop)
     lowest = yield from _slabs(wanted.real - radius, edges, stop)
     highest = yield from _slabs(wanted.real + radius, edges, stop)

@@ -81,8 +81,14 @@ class Jaya(Iterator[Generation]):
         if members < 2 or runs < 1:
             raise NumericsError(f"{members} members in {runs} runs: Jaya needs at least 2 members and 1 run")
         self._problem, self._rng, self._rules = problem, rng, rules
-        self._lower, self._upper, self._periods = problem.lower, problem.upper, problem.periods
+        self._lower, self._upper = problem.lower, problem.upper
         self._shape = (runs, members, len(problem.variables))
+        self._rows = np.arange(runs)[:, None]
+        # A circle has no bounds; away from circles a turn of nothing is taken off, however far.
+        circular = problem.periods > 0.0
+        self._least = np.where(circular, -np.inf, self._lower)
+        self._most = np.where(circular, np.inf, self._upper)
+        self._turn, self._around = problem.periods, np.where(circular, problem.periods, np.inf)
         self._start = start
         self.generation = 0
         self.evaluations = 0
@@ -124,16 +130,15 @@ class Jaya(Iterator[Generation]):
         return self._within(x)
 
     def _within(self, x: FloatArray) -> FloatArray:
-        circular = self._periods > 0.0
-        x = np.where(circular, x, np.clip(x, self._lower, self._upper))
+        x = np.minimum(np.maximum(x, self._least), self._most)
         return self._problem.snap(x.reshape(-1, self._shape[2])).reshape(self._shape)
 
     def _order(self) -> None:
         """Sort every run from best to worst."""
         rank = np.lexsort(self._keys(), axis=1)
-        self.x = np.take_along_axis(self.x, rank[:, :, None], axis=1)
-        self.value = np.take_along_axis(self.value, rank, axis=1)
-        self.violation = np.take_along_axis(self.violation, rank, axis=1)
+        self.x = self.x[self._rows, rank]
+        self.value = self.value[self._rows, rank]
+        self.violation = self.violation[self._rows, rank]
 
     def _keys(self) -> tuple[FloatArray, FloatArray]:
         """Sort keys, the last one first: violation before objective, or the penalised objective alone."""
@@ -153,9 +158,8 @@ class Jaya(Iterator[Generation]):
 
     def _difference(self, target: FloatArray, x: FloatArray) -> FloatArray:
         """Target - x, the short way round for circular variables."""
-        period = np.where(self._periods > 0.0, self._periods, 1.0)
         away = target - x
-        return np.where(self._periods > 0.0, away - period * np.round(away / period), away)
+        return np.asarray(away - self._turn * np.round(away / self._around))
 
     def _published_step(self) -> FloatArray:
         r1, r2 = self._rng.random(self._shape), self._rng.random(self._shape)
@@ -167,7 +171,7 @@ class Jaya(Iterator[Generation]):
         r1, r2 = self._rng.random(self._shape), self._rng.random(self._shape)
         below = np.minimum(np.arange(members) + 1, members - 1)
         worse = self._rng.integers(below, members, size=(runs, members))
-        bad = np.take_along_axis(self.x, worse[:, :, None], axis=1)
+        bad = self.x[self._rows, worse]
         return np.asarray(self.x + r1 * self._difference(self.x[:, :1], self.x) - r2 * self._difference(bad, self.x))
 
     def _accept(self, x: FloatArray, anyway: BoolArray) -> None:
