@@ -23,6 +23,8 @@ EXTEND_CHUNK = 100_000
 """Halves extended between two stops."""
 SLAB = 75_000
 """Halves sorted at a time."""
+ASKED = 40_000
+"""Halves whose other half is looked for at a time."""
 MOST_LISTED = 200
 """Pieces a plane beyond which it is not even counted how many selections there are."""
 OVERSHOOT = 4
@@ -273,8 +275,9 @@ def near(halves: Halves, centre: complex, shape: tuple[complex, complex], radius
         queries = np.flatnonzero((lowest <= slab) & (highest >= slab))
         yield stop
         columns = Columns(ends[points], radius)
-        for cut in range(0, len(queries), SLAB):
-            some = queries[cut : cut + SLAB]
+        yield stop
+        for cut in range(0, len(queries), ASKED):
+            some = queries[cut : cut + ASKED]
             for a, b in columns.pairs(wanted[some], np.full(len(some), radius)):
                 yield _joined(halves, some[a], points[b])
 
