@@ -135,6 +135,8 @@ class FrontPoint:
     """Masses in all planes together, kept ones included; as-found pieces that must stay are not counted."""
     offer: Offer
     """The selection."""
+    other_box: str | None = None
+    """Name of the box that the plan was made from, where the session has another one now; null: the session's own."""
 
 
 @document
@@ -171,6 +173,8 @@ class WhatIf:
     """Unit of both."""
     worse_by: float | None
     """Objective under those circumstances minus that of the plan; negative: better."""
+    other_box: str | None = None
+    """Name of the box that the plan was made from, where the session has another one now; null: the session's own."""
 
 
 @document

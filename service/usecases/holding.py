@@ -70,13 +70,18 @@ def locked(store: Store, plan_id: str) -> tuple[PlanRow, SessionRow, CatalogueRo
 def require_its_box(plan: Plan, session: SessionRow) -> None:
     """Its masses mean pieces of the box that it was made from. Raises Conflict where the session has another one."""
     if plan.inputs.catalogue_id not in (None, session.catalogue_id):
-        raise Conflict(
-            f"plan {plan.number} was made from another box",
-            code="box_changed",
-            field="catalogue_id",
-            value=session.catalogue_id,
-            advice="make a new plan from this box, or give the session the box of the plan back",
-        )
+        raise other_box(plan, session)
+
+
+def other_box(plan: Plan, session: SessionRow) -> Conflict:
+    """The session has another box than the plan was made from."""
+    return Conflict(
+        f"plan {plan.number} was made from another box",
+        code="box_changed",
+        field="catalogue_id",
+        value=session.catalogue_id,
+        advice="make a new plan from this box, or give the session the box of the plan back",
+    )
 
 
 def require_placements(plan: Plan) -> None:

@@ -15,10 +15,13 @@ from service.usecases.selecting import UNIT, offer_of, solve
 from service.usecases.stock import item_of
 
 
-def front_of(ground: Ground, request: PlanRequest, monotonic: Callable[[], float]) -> tuple[FrontPoint, ...]:
+def front_of(
+    ground: Ground, request: PlanRequest, other_box: str | None, monotonic: Callable[[], float]
+) -> tuple[FrontPoint, ...]:
     """The best selection of at most 0, 1, 2 ... masses in all, as far as one more makes it better; each proved.
 
-    With base present it begins with the masses that are kept.
+    With base present it begins with the masses that are kept. other_box: name of the box that `ground` has, where it
+    is not the session's any more.
     """
     posed = pose(ground, request)
     if broken_limits(posed) is not None:
@@ -26,11 +29,16 @@ def front_of(ground: Ground, request: PlanRequest, monotonic: Callable[[], float
     begun = monotonic()
     points = front(posed.problem, stop=lambda: monotonic() - begun >= request.time_limit_s)
     kept = len(ground.inputs.present) if request.base == "present" else 0
-    return tuple(FrontPoint(pieces=kept + point.pieces, offer=offer_of(posed, point.result)) for point in points)
+    return tuple(
+        FrontPoint(pieces=kept + point.pieces, offer=offer_of(posed, point.result), other_box=other_box)
+        for point in points
+    )
 
 
-def what_if(ground: Ground, plan: Plan, asked: WhatIfRequest, monotonic: Callable[[], float]) -> WhatIf:
-    """The plan's own problem with pieces missing or bought, or positions blocked.
+def what_if(
+    ground: Ground, plan: Plan, asked: WhatIfRequest, other_box: str | None, monotonic: Callable[[], float]
+) -> WhatIf:
+    """The plan's own problem with pieces missing or bought, or positions blocked; `other_box` as in `front_of`.
 
     Raises InvalidInput for a mass that is not in the box, more missing than there are, or an angle that is no position.
     """
@@ -46,6 +54,7 @@ def what_if(ground: Ground, plan: Plan, asked: WhatIfRequest, monotonic: Callabl
         objective_value=plan.objective_value,
         objective_unit=UNIT[request.objective],
         worse_by=(offer.objective_value or 0.0) - (plan.objective_value or 0.0) if known else None,
+        other_box=other_box,
     )
 
 

@@ -23,7 +23,7 @@ from db.rows import CatalogueRow, CorrectionRow, PlanRow, SessionRow
 from db.store import Store
 from service.errors import Conflict, InvalidInput, OutOfOrder
 from service.usecases import offers, states, stock
-from service.usecases.holding import let_go, locked, require_its_box, require_placements
+from service.usecases.holding import let_go, locked, other_box, require_its_box, require_placements
 from service.usecases.posing import Ground, in_order
 from service.usecases.rules import hole_label, plane_index, position_index
 from service.usecases.selecting import refitted, solve_plan
@@ -79,18 +79,21 @@ def get(work: Work, plan_id: str) -> Plan:
 
 
 def front(work: Work, plan_id: str) -> tuple[FrontPoint, ...]:
-    """The best selection for each number of masses, as far as one more makes it better.
+    """The best selection for each number of masses, from the box that the plan was made from, as it was then.
 
-    Raises NotFound, or Conflict for a plan from another box than the session has now.
+    As far as one more mass makes it better. Raises NotFound, or Conflict where that box is not known.
     """
-    plan, ground = _solved(work, plan_id)
-    return offers.front_of(ground, plan.request, work.monotonic)
+    plan, ground, its_box = _solved(work, plan_id)
+    return offers.front_of(ground, plan.request, its_box, work.monotonic)
 
 
 def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
-    """The plan under other circumstances; nothing is stored. Raises NotFound, InvalidInput, or Conflict as `front`."""
-    plan, ground = _solved(work, plan_id)
-    return offers.what_if(ground, plan, request, work.monotonic)
+    """The plan under other circumstances, the box as in `front`; nothing is stored.
+
+    Raises NotFound, InvalidInput, or Conflict as `front`.
+    """
+    plan, ground, its_box = _solved(work, plan_id)
+    return offers.what_if(ground, plan, request, its_box, work.monotonic)
 
 
 def expected(work: Work, plan_id: str, selections: Sequence[tuple[Placement, ...]]) -> tuple[Plan, ...]:
@@ -191,25 +194,44 @@ def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool, n
         # Pieces of the fitted plan may all come off, so they count as on hand.
         fitted_now = stock.pieces_of(box.items, present)
         counts = tuple(None if n is None else n + fitted_now[i] for i, n in enumerate(counts))
+    inputs = PlanInputs(counts=counts, present=present, present_off=off, version=__version__, catalogue_id=box.id)
+    return _made_on(store, session, correction, box.items, inputs)
+
+
+def _made_on(
+    store: Store,
+    session: SessionRow,
+    correction: CorrectionRow,
+    items: tuple[CatalogueItem, ...],
+    inputs: PlanInputs,
+) -> Ground:
     return Ground(
         machine=session.machine,
-        items=box.items,
+        items=items,
         runs=tuple(row.run for row in store.runs(session.id)),
         run_out=session.run_out,
         correction=correction.correction,
         as_found=session.on_rotor,
-        inputs=PlanInputs(counts=counts, present=present, present_off=off, version=__version__, catalogue_id=box.id),
+        inputs=inputs,
     )
 
 
-def _solved(work: Work, plan_id: str) -> tuple[Plan, Ground]:
-    """A plan and what it was made on, the box as it was then."""
+def _solved(work: Work, plan_id: str) -> tuple[Plan, Ground, str | None]:
+    """A plan, what it was made on, its box as it was then, and that box's name where the session has another one now.
+
+    Questions about a plan are of its own box: what it came to can be compared with nothing else. Raises NotFound, or
+    Conflict for a plan of before boxes were stored with it, if the session's has not as many kinds of mass.
+    """
     with work.read() as store:
         plan = require(store, PlanRow, plan_id).plan
         session = require(store, SessionRow, plan.session_id)
-        require_its_box(plan, session)
-        ground = _ground(store, session, plan.correction_id, False, work.now())
-    return plan, replace(ground, inputs=plan.inputs)
+        inputs = plan.inputs
+        box = require(store, CatalogueRow, inputs.catalogue_id or session.catalogue_id or "")
+        if len(box.items) < len(inputs.counts):
+            raise other_box(plan, session)
+        items = box.items[: len(inputs.counts)]
+        ground = _made_on(store, session, require(store, CorrectionRow, plan.correction_id), items, inputs)
+        return plan, ground, box.name if box.id != session.catalogue_id else None
 
 
 def _require_fittable(plan: Plan, request: FittedRequest) -> None:

@@ -90,14 +90,24 @@ class TestWhatIf:
         assert one.what_if(plan, **asked) == before
         assert one.front(plan) == front
 
-    def test_a_plan_from_another_box_is_not_answered_with_this_one(self, shop: Workshop) -> None:
+    def test_a_plan_from_another_box_is_answered_with_its_own(self, shop: Workshop) -> None:
+        """And says so; its masses cannot be had from the session's present box."""
         one = bench_on(shop)
         plan = one.plan()
-        shop.ask("PATCH", f"/sessions/{one.session}", {"catalogue_id": shop.box()})
-        problem = shop.refused("POST", f"/plans/{plan['id']}/what-if", {}, 409, "box_changed")
-        assert problem["field"] == "catalogue_id"
-        shop.refused("GET", f"/plans/{plan['id']}/front", None, 409, "box_changed")
-        shop.refused("POST", f"/plans/{plan['id']}/fitted", {}, 409, "box_changed")
+        asked = {"bought": [{"mass_g": 120.0}]}
+        before, front = one.what_if(plan, **asked), one.front(plan)
+        assert {before["other_box"], *(point["other_box"] for point in front)} == {None}
+        shop.ask("PATCH", f"/sessions/{one.session}", {"catalogue_id": shop.box(masses=(90.0,))})
+        name = shop.get(f"/catalogues/{one.box}")["name"]
+        assert one.what_if(plan, **asked) == {**before, "other_box": name}
+        assert one.front(plan) == [{**point, "other_box": name} for point in front]
+        problem = shop.refused(
+            "POST", f"/plans/{plan['id']}/what-if", {"bought": [{"mass_g": 90.0}]}, 422, "invalid_input"
+        )
+        assert problem["field"] == "bought[0].mass_g"
+        for verb in ("fitted", "reserve"):
+            problem = shop.refused("POST", f"/plans/{plan['id']}/{verb}", {}, 409, "box_changed")
+            assert problem["field"] == "catalogue_id"
 
     def test_nothing_is_stored(self, bench: Bench) -> None:
         plan = bench.plan()

@@ -76,7 +76,11 @@ def test_a_german_session_with_findings_and_refusals_says_nothing_in_english(sho
     send(shop, key, "plans", objective="residual_vibration", mode="best", max_masses_per_plane="1")
     plan = shop.get(f"/sessions/{key}")["plans"][-1]
     look(shop, f"/sessions/{key}/step/plan")
-    look(shop, f"/sessions/{key}/plans/{plan['id']}/front")
+    front = f"/sessions/{key}/plans/{plan['id']}/front"
+    look(shop, front)
+    shop.ask("PATCH", f"/sessions/{key}", {"catalogue_id": shop.box()})
+    assert f"Aus dem Kasten „{box['name']}“" in look(shop, front)
+    shop.ask("PATCH", f"/sessions/{key}", {"catalogue_id": box["id"]})
     send(shop, key, "stops", purpose="plan", plan_id="none", status=404)
     send(shop, key, "stops/9/lock", standstill="yes", key_out="yes", blocked="yes", status=404)
     send(shop, key, "stops", purpose="plan", plan_id=plan["id"])

@@ -138,7 +138,8 @@ def get_plan(work: WorkDep, plan_id: Key) -> Plan:
 def get_front(work: WorkDep, plan_id: Key) -> tuple[FrontPoint, ...]:
     """The best selection for each number of masses, as far as one more makes it better.
 
-    Masses in g, positions in degrees, objective in the plan's `objective_unit`.
+    From the box that the plan was made from, as it was then; `other_box` names it where the session has another one
+    now. Masses in g, positions in degrees, objective in the plan's `objective_unit`.
     """
     return plans.front(work, plan_id)
 
@@ -147,7 +148,8 @@ def get_front(work: WorkDep, plan_id: Key) -> tuple[FrontPoint, ...]:
 def ask_what_if(work: WorkDep, plan_id: Key, what_if: WhatIfRequest) -> WhatIf:
     """The plan with pieces missing or bought, or holes blocked; nothing is stored.
 
-    Masses in g, positions in degrees, objective in `objective_unit`.
+    The box is the one that the plan was made from, as it was then, or `worse_by` would compare two boxes; `other_box`
+    names it where the session has another one now. Masses in g, positions in degrees, objective in `objective_unit`.
     """
     return plans.what_if(work, plan_id, what_if)
 
