@@ -15,7 +15,7 @@ from typing import Protocol
 
 from drivers.checks import require
 from drivers.clock import Clock
-from drivers.errors import BusUnavailable, DeliveryFailed, DeliveryRefused, SpoolFull
+from drivers.errors import BusUnavailable, DeliveryFailed, DeliveryGivenUp, DeliveryRefused, SpoolFull
 from drivers.http_out import ANSWERS_PATH, HttpOut
 from drivers.intake import Intake
 from drivers.protocol import Driver
@@ -84,6 +84,17 @@ class Totals:
     retries: int = 0
 
 
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """How many seconds a source that ends is gone on with.
+
+    away_s: while the service is away. refused_s: while it refuses all, such as a source that is bound to no machine.
+    """
+
+    away_s: float = 60.0
+    refused_s: float = 0.0
+
+
 class Backoff:
     """Pauses that double, each drawn between half and all of it, so that many bridges do not come back at once."""
 
@@ -104,7 +115,8 @@ class Bridge:
     """One source, one spool (open), one service. `run` ends when the stop is set, or with a source that ends.
 
     live: the source does not wait (a bus): what finds no place is counted and lost, where others are read later.
-    describe: what to add to the status line of the source's own.
+    patience: give up then, which is for a source that can be read again; None: a service may come back, and a source be
+    bound, at any time. describe: what to add to the status line of the source's own.
     """
 
     def __init__(
@@ -120,6 +132,7 @@ class Bridge:
         live: bool = True,
         batch_size: int = 2_000,
         status_s: float = 10.0,
+        patience: Patience | None = None,
         describe: Callable[[], str] = str,
     ) -> None:
         require(batch_size >= 1, f"batch_size {batch_size}", "be 1 or more")
@@ -132,6 +145,9 @@ class Bridge:
         self._ended = threading.Event()
         self._failure: BaseException | None = None
         self._away = ""
+        self._refused = False
+        self._waited_s = 0.0
+        self._patience = patience
         self.totals = Totals()
 
     def offer(self, answer: Answer) -> None:
@@ -162,6 +178,11 @@ class Bridge:
         self._report(self.status())
         if self._failure is not None:
             raise self._failure
+        if self._out_of_patience() and self._spool.waiting():
+            raise DeliveryGivenUp(
+                f"{self._away}\n  given up: {self._spool.waiting()} wait in the spool {self._spool.path}; put right what "
+                "is told, and run the same command again"
+            )
         return self.totals
 
     def _end(self, threads: Sequence[threading.Thread]) -> None:
@@ -267,7 +288,14 @@ class Bridge:
                 told = self._clock.now()
                 self._report(self.status())
             if not sent and not self._stop.is_set():
+                if self._out_of_patience():
+                    return
                 self._wait()
+
+    def _out_of_patience(self) -> bool:
+        if self._patience is None or not self._away:
+            return False
+        return self._waited_s >= (self._patience.refused_s if self._refused else self._patience.away_s)
 
     def _wait(self) -> None:
         """For the service to come back where it is away, else for something to send."""
@@ -276,6 +304,7 @@ class Bridge:
             self.totals.retries += 1
             self._report(f"{self._away}; next attempt in {pause:.1f} s, {self._spool.waiting()} waiting")
             self._clock.wait(self._stop, pause)
+            self._waited_s += pause
         else:
             self._kept.wait(10 * TICK_S)
             self._kept.clear()
@@ -288,9 +317,10 @@ class Bridge:
                 return False
             self._send(items)
         except (DeliveryFailed, DeliveryRefused, SpoolFull) as error:
-            self._away = f"{'service refuses' if isinstance(error, DeliveryRefused) else 'service away'}: {error}"
+            self._refused = isinstance(error, DeliveryRefused)
+            self._away = f"{'service refuses' if self._refused else 'service away'}: {error}"
             return False
-        self._away = ""
+        self._away, self._waited_s = "", 0.0
         self._pauses.reset()
         return True
 

@@ -11,7 +11,7 @@ from typing import Any, cast
 import can
 from can.io.blf import BLFReader
 
-from drivers.errors import LogError
+from drivers.errors import READABLE, LogError
 
 SUFFIXES = (".log", ".asc", ".csv", ".trc", ".blf")
 MOST_ERRORS = 1000
@@ -34,7 +34,9 @@ def read_can_log(path: Path, on_error: OnError | None = None) -> Iterator[can.Me
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
-        raise LogError(path, None, f"{suffix!r} is no suffix of a log that can be read: use {', '.join(SUFFIXES)}")
+        raise LogError(
+            path, None, f"{suffix!r} is no suffix of a log that can be read", f"give one of {', '.join(SUFFIXES)}"
+        )
     reader = _read_blf(path) if suffix == ".blf" else _read_text(path, suffix, on_error)
     try:
         yield from reader
@@ -55,6 +57,8 @@ def _read_blf(path: Path) -> Iterator[can.Message]:
                 objects += 1
                 yield message
             whole = reader.file_size <= path.stat().st_size
+    except OSError as error:
+        raise LogError(path, None, f"it cannot be opened ({error.strerror})", READABLE) from error
     except Exception as error:
         # Whatever a damaged file makes the library stumble over.
         raise LogError(path, None, f"it is damaged after {objects} frames ({_words(error)})") from error
@@ -104,7 +108,7 @@ class _Lines:
         try:
             self._file = path.open(encoding="utf-8", errors="replace", newline=None)
         except OSError as error:
-            raise LogError(path, None, f"it cannot be opened ({error.strerror})") from error
+            raise LogError(path, None, f"it cannot be opened ({error.strerror})", READABLE) from error
         self._path, self._suffix, self._bad = path, suffix, bad
         self.number = 0
         self.text = ""

@@ -5,6 +5,10 @@ Each message names the value, the rule it breaks and what to do.
 
 from __future__ import annotations
 
+CORRECT = "correct the file, or ask for the rest to be used all the same"
+READABLE = "check its name, and that this user may read it"
+WRITABLE = "name a file in a folder that this user can write and that has room"
+
 
 class DriverError(Exception):
     """Base of every deliberate error of a driver; raised through its children only."""
@@ -42,6 +46,10 @@ class DeliveryRefused(DeliveryError):
         self.detail = detail
 
 
+class DeliveryGivenUp(DeliveryError):
+    """A source that ends was read, and the service would not have all of it in the time given: the rest is spooled."""
+
+
 class PortUnavailable(DriverError, OSError):
     """The control port cannot be opened: in use, not permitted, or no such address."""
 
@@ -51,14 +59,14 @@ class BusUnavailable(DriverError, OSError):
 
 
 class LogError(DriverError, ValueError):
-    """A line or block of a recording or log is no reading or frame.
+    """A line or block of a recording or log is no reading or frame, or the file cannot be read or written.
 
-    file, line (from 1; None for a binary file) and reason say which and why.
+    file, line (from 1; None for a binary file) and reason say which and why; advice: what to do.
     """
 
-    def __init__(self, file: object, line: int | None, reason: str) -> None:
+    def __init__(self, file: object, line: int | None, reason: str, advice: str = CORRECT) -> None:
         where = f"{file}" if line is None else f"{file}, line {line}"
-        super().__init__(f"{where}: {reason}; correct the file, or ask for the rest to be used all the same")
+        super().__init__(f"{where}: {reason}; {advice}")
         self.file, self.line, self.reason = file, line, reason
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Protocol
 
@@ -90,7 +91,22 @@ class HttpOut(Closed):
             ) from error
         if response.is_success:
             return
-        status, detail = response.status_code, response.text[:DETAIL_CHARS]
+        status, detail = response.status_code, _words_of(response)
         if status >= 500 or status in LATER:
-            raise DeliveryFailed(f"{what} were not taken by {url} now (status {status}): post them again later")
+            raise DeliveryFailed(f"{what} were not taken by {url} now (status {status}): {detail}")
         raise DeliveryRefused(f"{what} were refused by {url} (status {status}): {detail}", status=status, detail=detail)
+
+
+def _words_of(response: httpx2.Response) -> str:
+    """What the service says, in one line: detail and advice of problem JSON (RFC 9457), else its text, shortened."""
+    try:
+        problem = json.loads(response.content)
+    except (ValueError, RecursionError):
+        problem = None
+    words = [response.text]
+    if isinstance(problem, dict):
+        said = problem.get("detail") or problem.get("title")
+        if isinstance(said, str):
+            advice = problem.get("advice")
+            words = [said, f"what to do: {advice}" if isinstance(advice, str) else ""]
+    return " ".join("; ".join(filter(None, words)).split())[:DETAIL_CHARS]

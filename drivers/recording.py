@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from drivers.can_log import OnError
-from drivers.errors import LogError
+from drivers.errors import READABLE, WRITABLE, LogError
 from drivers.opened import Closed
 from drivers.reading import Reading
 from drivers.reading_rules import reading_from_dict
@@ -22,8 +22,12 @@ class Recorder(Closed):
     def __init__(self, path: Path) -> None:
         try:
             self._file = path.open("x", encoding="utf-8")
+        except FileExistsError as there:
+            raise LogError(
+                path, None, "it is there already", "name a new file: a recording never replaces one"
+            ) from there
         except OSError as error:
-            raise LogError(path, None, f"it cannot be written ({error.strerror})") from error
+            raise LogError(path, None, f"it cannot be written ({error.strerror})", WRITABLE) from error
         self._path = path
         self.written = 0
 
@@ -34,7 +38,8 @@ class Recorder(Closed):
             self._file.writelines(lines)
             self._file.flush()
         except OSError as error:
-            raise LogError(self._path, self.written + 1, f"it cannot be written ({error.strerror})") from error
+            reason = f"it cannot be written ({error.strerror})"
+            raise LogError(self._path, self.written + 1, reason, WRITABLE) from error
         self.written += len(lines)
 
     def close(self) -> None:
@@ -62,7 +67,7 @@ def read_recording(path: Path, on_error: OnError | None = None) -> Iterator[Read
                         raise wrong from error
                     on_error(wrong)
     except OSError as error:
-        raise LogError(path, None, f"it cannot be read ({error.strerror})") from error
+        raise LogError(path, None, f"it cannot be read ({error.strerror})", READABLE) from error
 
 
 def _reading(line: bytes) -> Reading:

@@ -16,7 +16,7 @@ from drivers.can_log import SUFFIXES, OnError, read_can_log
 from drivers.can_mapping import CanMapping
 from drivers.checks import require
 from drivers.clock import Clock
-from drivers.errors import BrokenSource, InvalidSetting, LogError
+from drivers.errors import READABLE, BrokenSource, InvalidSetting, LogError
 from drivers.reading import Reading
 from drivers.reading_rules import reading_from_dict
 from drivers.recording import read_recording
@@ -61,9 +61,8 @@ class ReplayDriver(BaseDriver):
                 return None
             if reading.source != self.source:
                 if not self._renamed:
-                    raise LogError(
-                        self._path, None, f"it holds readings of {self.source!r} and {reading.source!r}: state one name"
-                    )
+                    found = f"it holds readings of {self.source!r} and {reading.source!r}"
+                    raise LogError(self._path, None, found, "state one name for all (--source)")
                 reading = replace(reading, source=self.source)
             if reading.sequence > self._after:
                 break
@@ -96,7 +95,7 @@ def open_log(path: Path, mapping: CanMapping | None = None, on_error: OnError | 
         return read_session_log(path, on_error)
     if suffix not in SUFFIXES:
         known = ", ".join((*RECORDING_SUFFIXES, ".json", *SUFFIXES))
-        raise LogError(path, None, f"{suffix!r} is no suffix of a log that can be read: use one of {known}")
+        raise LogError(path, None, f"{suffix!r} is no suffix of a log that can be read", f"give one of {known}")
     if mapping is None:
         raise InvalidSetting(f"{path} is a CAN log: name the mapping of its balancer")
     return read_frames(path, mapping, on_error)
@@ -123,7 +122,7 @@ def read_session_log(path: Path, on_error: OnError | None = None) -> Iterator[Re
         or log.get("format", SESSION_FORMAT) != SESSION_FORMAT
         or not isinstance(runs, list)
     ):
-        raise LogError(path, None, "it is no session log: it has no runs; write one with GET /sessions/ID/log")
+        raise LogError(path, None, "it is no session log: it has no runs", "write one with GET /sessions/ID/log")
     sequence = 0
     for index, run in enumerate(runs):
         stated = run.get("readings") if isinstance(run, Mapping) else None
@@ -149,7 +148,7 @@ def _json(path: Path) -> object:
     try:
         found: object = json.loads(path.read_bytes())
     except OSError as error:
-        raise LogError(path, None, f"it cannot be read ({error.strerror})") from error
+        raise LogError(path, None, f"it cannot be read ({error.strerror})", READABLE) from error
     except json.JSONDecodeError as error:
         raise LogError(path, error.lineno, f"it is no JSON ({error.msg})") from error
     except (ValueError, RecursionError) as error:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.bridge import Bridge, HttpSender
+from drivers.bridge import Bridge, HttpSender, Patience
 from drivers.can_bus import BusAddress, parse_bus
 from drivers.can_driver import CanDriver
 from drivers.can_mapping import CanMapping
@@ -46,10 +46,12 @@ def bridge_until_stopped(
     max_bytes: int,
     status_s: float,
     send_again: bool,
+    wait_s: float | None,
 ) -> None:
     """Bridge a bus, a simulated drum, or a file to its end, until SIGINT or SIGTERM.
 
-    Raises what opening bus, file or spool raises.
+    wait_s: how long a file is gone on with while the service is away or refuses; None: as `Patience` says. A bus and a
+    simulated drum are gone on with for good. Raises what opening bus, file or spool raises, and `DeliveryGivenUp`.
     """
     stop, clock = threading.Event(), SystemClock()
     on_stop(stop.set)
@@ -78,6 +80,7 @@ def bridge_until_stopped(
             report=tell,
             live=isinstance(read, BusChoice),
             status_s=status_s,
+            patience=patience_with(read, wait_s),
             describe=describe,
         )
         bridges.append(bridge)
@@ -85,6 +88,13 @@ def bridge_until_stopped(
         if kept.waiting():
             tell(f"{kept.waiting()} readings wait from before")
         bridge.run()
+
+
+def patience_with(read: BusChoice | StandIn, wait_s: float | None) -> Patience | None:
+    """How long is gone on with a source whose readings are not taken; None: for good."""
+    if not isinstance(read, Waveform | Path):
+        return None
+    return Patience() if wait_s is None else Patience(away_s=wait_s, refused_s=wait_s)
 
 
 def spool_of(source: str, folder: Path = DEFAULT_SPOOL) -> Path:

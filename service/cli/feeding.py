@@ -66,6 +66,13 @@ def bridge(
     max_spool_mb: canbus.SpoolSize = 256,
     status: Annotated[float, typer.Option(min=0.1, help="Seconds between status lines.")] = 10.0,
     send_again: Annotated[bool, typer.Option("--send-again", help="First send what was set aside before.")] = False,
+    wait: Annotated[
+        float | None,
+        typer.Option(
+            min=0.0,
+            help="A file: seconds to go on while the service is away or refuses; default: 60, and 0 where it refuses.",
+        ),
+    ] = None,
     token: TokenText = None,
 ) -> None:
     """Carry a balancer's readings from a CAN bus to a service, keeping them on disk until the service has them."""
@@ -90,6 +97,7 @@ def bridge(
         max_bytes=max_spool_mb * 1024 * 1024,
         status_s=status,
         send_again=send_again,
+        wait_s=wait,
     )
 
 

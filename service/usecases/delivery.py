@@ -34,7 +34,8 @@ class IntoDatabase:
         except DrumtrueError as error:
             if error.status >= 500:
                 raise DeliveryFailed(error.message) from error
-            raise DeliveryRefused(error.message, status=error.status, detail=error.advice or "") from error
+            said = f"{error.message}; what to do: {error.advice}" if error.advice else error.message
+            raise DeliveryRefused(said, status=error.status, detail=error.advice or "") from error
         except OperationalError as error:
             raise DeliveryFailed(f"the database does not take them now ({error.orig})") from error
 

@@ -253,7 +253,7 @@ class _Targets:
                     code="source_not_bound",
                     field=field,
                     value=source,
-                    advice="bind it first (PUT /sources/{name}), or state the session_id",
+                    advice="bind it to its machine (page Sources, or PUT /sources/{name}), or state the session_id",
                 )
             return bound.machine_id
         session = require(self.store, SessionRow, session_id)

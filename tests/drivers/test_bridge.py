@@ -14,9 +14,9 @@ import pytest
 
 from drivers import reading
 from drivers.base import BaseDriver
-from drivers.bridge import Backoff, Bridge, HttpSender
+from drivers.bridge import Backoff, Bridge, HttpSender, Patience
 from drivers.clock import ManualClock
-from drivers.errors import BrokenSource, BusUnavailable, DeliveryFailed, DeliveryRefused
+from drivers.errors import BrokenSource, BusUnavailable, DeliveryFailed, DeliveryGivenUp, DeliveryRefused
 from drivers.http_out import HttpOut
 from drivers.intake import Intake
 from drivers.reading import Answer, Mark, Reading
@@ -72,7 +72,14 @@ class Service:
 
 
 def bridge(
-    driver: BaseDriver, spool: Spool, service: Service, lines: list[str], *, live: bool = False, stop_at: str = "never"
+    driver: BaseDriver,
+    spool: Spool,
+    service: Service,
+    lines: list[str],
+    *,
+    live: bool = False,
+    stop_at: str = "never",
+    patience: Patience | None = None,
 ) -> Bridge:
     stop = threading.Event()
 
@@ -91,6 +98,7 @@ def bridge(
         report=report,
         live=live,
         batch_size=100,
+        patience=patience,
     )
 
 
@@ -158,6 +166,29 @@ def test_a_source_that_is_bound_to_no_machine_waits_until_it_is(tmp_path: Path) 
         assert spool.aside() == []
     assert (totals.delivered, totals.retries) == (50, 3)
     assert "service refuses: not bound; next attempt" in lines[0]
+
+
+@pytest.mark.parametrize(
+    ("error", "patience", "retries"),
+    [
+        (DeliveryRefused("not bound", status=404, detail=""), Patience(), 0),
+        (DeliveryRefused("not bound", status=404, detail=""), Patience(refused_s=3.0), 4),
+        (DeliveryFailed("not now"), Patience(away_s=3.0), 4),
+    ],
+)
+def test_a_file_is_given_up_with_what_is_left_in_the_spool(
+    tmp_path: Path, error: Exception, patience: Patience, retries: int
+) -> None:
+    lines: list[str] = []
+    with Spool(tmp_path / "s") as spool:
+        one = bridge(Listed(readings(50)), spool, Service(lambda _: error), lines, patience=patience)
+        with pytest.raises(DeliveryGivenUp, match=r"not .*\n  given up: 50 wait in the spool .*run the same command again"):
+            one.run()
+        assert spool.waiting() == 50
+        assert one.totals.retries == retries
+        again = bridge(Listed([]), spool, service := Service(), lines, patience=patience)
+        assert again.run().delivered == 50
+    assert service.stored == list(range(1, 51))
 
 
 def test_a_full_spool_is_told_and_a_source_that_can_wait_loses_nothing(tmp_path: Path) -> None:

@@ -77,6 +77,26 @@ def test_not_this_is_a_refusal_with_the_service_s_words(status: int) -> None:
     assert len(refused.value.detail) == 500
 
 
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (
+            '{"title": "Not Found", "detail": "bound to\\n none", "advice": "bind it"}',
+            "bound to none; what to do: bind it",
+        ),
+        ('{"title": "Not Found", "detail": 7, "advice": null}', '{"title": "Not Found", "detail": 7, "advice": null}'),
+        ('{"title": "Not Found"}', "Not Found"),
+        ("[1]", "[1]"),
+        ("<p>\n no </p>", "<p> no </p>"),
+    ],
+)
+def test_problem_json_is_told_in_one_line(body: str, words: str) -> None:
+    with out(lambda _: httpx2.Response(404, text=body)) as outlet, pytest.raises(DeliveryRefused) as refused:
+        outlet.post([READING])
+    assert refused.value.detail == words
+    assert str(refused.value).endswith(f"(status 404): {words}")
+
+
 @pytest.mark.parametrize("error", [httpx2.ConnectError, httpx2.ReadTimeout, httpx2.RemoteProtocolError])
 def test_a_lost_link_is_a_failure(error: type[httpx2.TransportError]) -> None:
     def broken(request: httpx2.Request) -> httpx2.Response:

@@ -95,7 +95,7 @@ def test_a_recording_survives_the_round_trip_bit_by_bit(tmp_path: Path) -> None:
         recorder.write(some[5:])
     assert recorder.written == 20
     assert list(read_recording(path)) == some
-    with pytest.raises(LogError, match="it cannot be written"):
+    with pytest.raises(LogError, match=r"it is there already; name a new file: a recording never replaces one$"):
         Recorder(path)
 
 
@@ -141,8 +141,17 @@ def test_files_that_are_no_logs(tmp_path: Path) -> None:
     for name in ("gone.jsonl", "gone.json", "gone.log", "gone.blf", "gone.xyz"):
         with pytest.raises(LogError, match=name):
             list(open_log(tmp_path / name, MAPPING))
+    with pytest.raises(LogError, match=r"gone.jsonl: it cannot be read .*; check its name"):
+        list(open_log(tmp_path / "gone.jsonl"))
+    with pytest.raises(LogError, match=r"'.xyz' is no suffix of a log that can be read; give one of .jsonl, "):
+        open_log(tmp_path / "gone.xyz")
     with pytest.raises(InvalidSetting, match="name the mapping"):
         open_log(tmp_path / "gone.log")
+
+
+def test_a_recording_goes_into_a_folder_that_is_there(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"cannot be written \(No such file or directory\); name a file in a folder"):
+        Recorder(tmp_path / "nowhere" / "b.jsonl")
 
 
 def test_a_wrong_run_of_a_session_log_is_named(tmp_path: Path) -> None:
