@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import sqlite3
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,10 @@ BATCH = 1_000
 
 class NotEmpty(Exception):
     """The database that was to be restored holds rows; the message names the first table that does."""
+
+
+class NotABackup(Exception):
+    """The file is a database, but none of Drumtrue."""
 
 
 def back_up(database: Database, path: Path) -> dict[str, int]:
@@ -50,24 +54,33 @@ def back_up(database: Database, path: Path) -> dict[str, int]:
     return rows
 
 
-def restore(path: Path, database: Database) -> dict[str, int]:
+def restore(path: Path, opened: Callable[[], Database]) -> dict[str, int]:
     """Put the rows of a backup into a database of this version that holds none; rows of each table.
 
-    The file is left as it is: one of an older version is brought up to date in a copy. All or nothing is stored.
-    Raises NotEmpty.
+    opened: opens the database, which is closed again; asked only for a file that is a backup. The file is left as it
+    is: one of an older version is brought up to date in a copy. All or nothing is stored. Raises NotABackup, NotEmpty,
+    sqlite3.Error for a file that is no database, and what `opened` raises.
     """
     with tempfile.TemporaryDirectory() as folder:
         copy = Database(f"sqlite:///{Path(folder) / 'copy.db'}")
         try:
-            return _restore(path, copy, database)
+            _copy_of(path, copy)
+            with closing(opened()) as database:
+                return _restore(copy, database)
         finally:
             copy.close()
 
 
-def _restore(path: Path, copy: Database, database: Database) -> dict[str, int]:
+def _copy_of(path: Path, copy: Database) -> None:
+    """The backup in a copy, brought up to date."""
     with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as source, copy.engine.connect() as held:
         source.backup(_driver(held))
+    if migrate.present_revision(copy) is None:
+        raise NotABackup("it holds no tables of Drumtrue")
     migrate.upgrade(copy)
+
+
+def _restore(copy: Database, database: Database) -> dict[str, int]:
     engine = database.engine.execution_options(begin="IMMEDIATE")
     with copy.engine.connect() as source_rows, engine.begin() as target:
         return _copy_rows_in(source_rows, target)

@@ -180,8 +180,8 @@ class Bridge:
             raise self._failure
         if self._out_of_patience() and self._spool.waiting():
             raise DeliveryGivenUp(
-                f"{self._away}\n  given up: {self._spool.waiting()} wait in the spool {self._spool.path}; put right what "
-                "is told, and run the same command again"
+                f"{self._away}\n  given up: {self._spool.waiting()} wait in the spool {self._spool.path}; "
+                "put right what is told, and run the same command again"
             )
         return self.totals
 

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from service.cli import batching, benching, canbus, chaotic, feeding, keeping, tokening
-from service.cli.options import DatabaseUrl
+from service.cli.options import DatabaseUrl, OneSession
 from service.errors import DrumtrueError
 
 app = typer.Typer(
@@ -101,13 +101,14 @@ def serve(
 
 @app.command()
 def solve(
-    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A session log, as GET /sessions/ID/log.")],
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A session log, or an export of some.")],
+    session: OneSession = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,
 ) -> None:
     """Compute the corrections and plans of one session log, without a server."""
     from service.cli.solving import solve_file
 
-    solve_file(file, as_json=as_json)
+    solve_file(file, session, as_json=as_json)
 
 
 app.command()(keeping.migrate)

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
 from db.documents.base import write_json
 from db.documents.session import SessionLog
 from service import bootstrap
-from service.errors import Conflict, InvalidInput
+from service.cli.files import counted, writing
+from service.cli.log_files import documents
+from service.errors import InvalidInput
 from service.settings import Settings
 from service.usecases import importing, sessions
 from service.usecases.work import Work
 
 PAGE = 500
-MOST_BYTES = 50_000_000
-"""Longest log of one session."""
 
 
 def export_sessions(wanted: list[str], path: Path, database_url: str | None) -> None:
@@ -24,34 +23,20 @@ def export_sessions(wanted: list[str], path: Path, database_url: str | None) -> 
 
     Raises NotFound, Conflict where the file is there, InvalidInput where it cannot be written.
     """
-    if path.exists():
-        raise Conflict(
-            f"{path} is there already",
-            code="file_exists",
-            field="FILE",
-            value=str(path),
-            advice="name another file: an export never replaces one",
-        )
     unfinished = path.with_name(path.name + ".unfinished")
     work = bootstrap.build_work(Settings.from_environment(database_url=database_url), create=False)
     count = 0
     try:
-        with unfinished.open("w", encoding="utf-8") as out:
-            for key in wanted or _all(work):
-                out.write(write_json(sessions.log(work, key)) + "\n")
-                count += 1
-        unfinished.rename(path)
-    except OSError as wrong:
-        raise InvalidInput(
-            f"cannot write {path}: {wrong}",
-            field="FILE",
-            value=str(path),
-            advice="name a file in a folder that can be written and has room",
-        ) from wrong
+        with writing(path, "export"):
+            with unfinished.open("w", encoding="utf-8") as out:
+                for key in wanted or _all(work):
+                    out.write(write_json(sessions.log(work, key)) + "\n")
+                    count += 1
+            unfinished.rename(path)
     finally:
         unfinished.unlink(missing_ok=True)
         work.database.close()
-    print(f"{path}: {count} sessions")
+    print(f"{path}: {counted(count, 'session')}")
 
 
 def import_sessions(path: Path, database_url: str | None) -> None:
@@ -66,7 +51,7 @@ def import_sessions(path: Path, database_url: str | None) -> None:
         done = importing.import_all(work, _logs(path))
     finally:
         work.database.close()
-    print(f"{path}: {done.stored} sessions stored, {done.known} were here already")
+    print(f"{path}: {counted(done.stored, 'session')} stored, {done.known} here already")
 
 
 def _all(work: Work) -> Iterator[str]:
@@ -78,7 +63,7 @@ def _all(work: Work) -> Iterator[str]:
 
 
 def _logs(path: Path) -> Iterator[SessionLog]:
-    for number, text in _documents(path):
+    for number, text in documents(path):
         try:
             yield importing.read_whole_log(text)
         except InvalidInput as wrong:
@@ -86,37 +71,3 @@ def _logs(path: Path) -> Iterator[SessionLog]:
             raise InvalidInput(
                 said, code=wrong.code, field=wrong.field, value=wrong.value, advice=wrong.advice
             ) from None
-
-
-def _documents(path: Path) -> Iterator[tuple[int, bytes]]:
-    """Line number and text of each document: one a line, or one over many lines."""
-    with path.open("rb") as lines:
-        first = lines.readline(MOST_BYTES + 1)
-        if not _is_json(first):
-            yield 1, _bounded(1, path, first + lines.read(MOST_BYTES + 1 - len(first)))
-            return
-        number = 1
-        while first:
-            if first.strip():
-                yield number, _bounded(number, path, first)
-            first = lines.readline(MOST_BYTES + 1)
-            number += 1
-
-
-def _bounded(number: int, path: Path, text: bytes) -> bytes:
-    if len(text) > MOST_BYTES:
-        raise InvalidInput(
-            f"{path}, line {number}: longer than {MOST_BYTES} bytes",
-            code="invalid_log",
-            field="FILE",
-            advice="give a file that `drumtrue export` wrote: a session log a line",
-        )
-    return text
-
-
-def _is_json(text: bytes) -> bool:
-    try:
-        json.loads(text)
-    except (ValueError, RecursionError):
-        return False
-    return True

@@ -10,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from service.cli.options import OneSession
+
 Workers = Annotated[
     int | None, typer.Option(min=1, max=256, help="Processes of this machine for long work; default: one a core.")
 ]
@@ -20,7 +22,8 @@ Cluster = Annotated[
 
 
 def study(
-    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="Session log, JSON.")],
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A session log, or an export of some.")],
+    session: OneSession = None,
     draws: Annotated[int, typer.Option(min=1, max=1_000_000, help="How often the session is solved again.")] = 200,
     seed: Annotated[int, typer.Option(min=0, max=2**53 - 1, help="Which draws.")] = 1,
     scatter: Annotated[
@@ -33,14 +36,14 @@ def study(
     """Say how sure a session's answer is: solve it again with its readings drawn anew within their scatter."""
     from service.batch.studies import Study
     from service.batch.studies import study as run
-    from service.usecases.resolving import read_log
+    from service.cli.log_files import one_log
 
     def say(done: int) -> None:
         if sys.stdout.isatty() and not as_json:
             print(f"\r{done}/{draws}", end="", flush=True)
 
     found: Study = run(
-        read_log(file.read_bytes()), draws, seed, scatter=scatter, workers=workers, cluster=cluster, progress=say
+        one_log(file, session), draws, seed, scatter=scatter, workers=workers, cluster=cluster, progress=say
     )
     if as_json:
         print(json.dumps(asdict(found), indent=2))

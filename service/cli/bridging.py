@@ -46,7 +46,7 @@ def bridge_until_stopped(
     max_bytes: int,
     status_s: float,
     send_again: bool,
-    wait_s: float | None,
+    wait_s: float | None = None,
 ) -> None:
     """Bridge a bus, a simulated drum, or a file to its end, until SIGINT or SIGTERM.
 

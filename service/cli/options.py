@@ -23,3 +23,6 @@ TokenText = Annotated[
         help="Token for the service, where it needs one; better in the environment, where other users do not see it.",
     ),
 ]
+OneSession = Annotated[
+    str | None, typer.Option("--session", help="Identifier of the session, of a file that holds several.")
+]

@@ -9,20 +9,13 @@ from rich.console import Console
 
 from db.documents.base import to_plain
 from service.cli import show
-from service.errors import InvalidInput
-from service.usecases.resolving import Resolved, read_log, resolve
-
-MOST_BYTES = 50_000_000
+from service.cli.log_files import one_log
+from service.usecases.resolving import Resolved, resolve
 
 
-def solve_file(file: Path, *, as_json: bool) -> None:
-    """Print the answers of a log. Raises InvalidInput where it is none."""
-    if file.stat().st_size > MOST_BYTES:
-        raise InvalidInput(
-            f"{file} has {file.stat().st_size} bytes; a session log has {MOST_BYTES} at most",
-            advice="give the log of one session",
-        )
-    resolved = resolve(read_log(file.read_bytes()))
+def solve_file(file: Path, session: str | None, *, as_json: bool) -> None:
+    """Print the answers of a log; session: which, of a file with several. Raises as `log_files.one_log` does."""
+    resolved = resolve(one_log(file, session))
     if as_json:
         print(json.dumps(to_plain(resolved), indent=2))
         return

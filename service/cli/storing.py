@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Mapping
 from pathlib import Path
 
 from sqlalchemy.exc import DatabaseError
 
 from db import backup
 from service import bootstrap
+from service.cli.files import counted, writing
 from service.errors import Conflict, InvalidInput
 from service.settings import Settings
 
@@ -17,32 +19,19 @@ def back_up_to(path: Path, database_url: str | None) -> None:
     """Write a backup and say what is in it. Raises Conflict where the file is there, else InvalidInput."""
     database = bootstrap.open_database(Settings.from_environment(database_url=database_url), create=False)
     try:
-        rows = backup.back_up(database, path)
-    except FileExistsError as there:
-        raise Conflict(
-            f"{path} is there already",
-            code="file_exists",
-            field="FILE",
-            value=str(path),
-            advice="name another file: a backup never replaces one",
-        ) from there
-    except (OSError, sqlite3.Error) as wrong:
-        raise InvalidInput(
-            f"cannot write {path}: {wrong}",
-            field="FILE",
-            value=str(path),
-            advice="name a file in a folder that can be written and has room",
-        ) from wrong
+        with writing(path, "backup"):
+            rows = backup.back_up(database, path)
     finally:
         database.close()
-    print(f"{path}: {rows['session']} sessions, {rows['reading']} readings, {sum(rows.values())} rows in all")
+    print(f"{path}: {_in_words(rows)}")
 
 
 def restore_from(path: Path, database_url: str | None) -> None:
     """Put a backup into a database that holds nothing yet. Raises Conflict where it does, else InvalidInput."""
-    database = bootstrap.open_database(Settings.from_environment(database_url=database_url))
+    settings = Settings.from_environment(database_url=database_url)
     try:
-        rows = backup.restore(path, database)
+        # Opened, and made, only for a file that is a backup.
+        rows = backup.restore(path, lambda: bootstrap.open_database(settings))
     except backup.NotEmpty as holds:
         raise Conflict(
             f"the database holds rows already (table {holds})",
@@ -52,16 +41,14 @@ def restore_from(path: Path, database_url: str | None) -> None:
             advice="restore into a new file or an empty PostgreSQL database (after `drumtrue migrate`), then point "
             "the service there",
         ) from holds
-    except (sqlite3.Error, DatabaseError) as wrong:
+    except (backup.NotABackup, sqlite3.Error, DatabaseError) as wrong:
         raise InvalidInput(
             f"{path} is no backup that can be read: {wrong}",
             field="FILE",
             value=str(path),
             advice="nothing was stored; give a file that `drumtrue backup` wrote",
         ) from wrong
-    finally:
-        database.close()
-    print(f"restored {rows['session']} sessions, {rows['reading']} readings, {sum(rows.values())} rows in all")
+    print(f"restored {_in_words(rows)}")
 
 
 def retain_for(days: int, database_url: str | None) -> None:
@@ -73,4 +60,10 @@ def retain_for(days: int, database_url: str | None) -> None:
         kept = retain(work, days)
     finally:
         work.database.close()
-    print(f"{kept.readings} readings from before {kept.before.isoformat()} rolled up into {kept.minutes} rows")
+    rolled = f"{counted(kept.readings, 'reading')} from before {kept.before.isoformat()}"
+    print(f"{rolled} rolled up into {counted(kept.minutes, 'row')}")
+
+
+def _in_words(rows: Mapping[str, int]) -> str:
+    parts = counted(rows["session"], "session"), counted(rows["reading"], "reading")
+    return f"{', '.join(parts)}, {counted(sum(rows.values()), 'row')} in all"

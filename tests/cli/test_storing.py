@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 from datetime import timedelta
 from pathlib import Path
 
@@ -48,17 +49,23 @@ def test_a_backup_is_written_once_and_restored_into_what_is_empty(
     url: str, empty: str, sessions: list[str], tmp_path: Path
 ) -> None:
     file = tmp_path / "backup.db"
-    assert "2 sessions, 1 readings" in ran("backup", str(file), *at(url))
+    assert "2 sessions, 1 reading," in ran("backup", str(file), *at(url))
     with pytest.raises(Conflict, match="is there already"):
         ran("backup", str(file), *at(url))
     with pytest.raises(InvalidInput, match="cannot write"):
         ran("backup", str(tmp_path / "nowhere" / "backup.db"), *at(url))
-    assert "restored 2 sessions, 1 readings" in ran("restore", str(file), *at(empty))
+    assert "restored 2 sessions, 1 reading," in ran("restore", str(file), *at(empty))
     with pytest.raises(Conflict, match="holds rows already"):
         ran("restore", str(file), *at(empty))
     (tmp_path / "no.db").write_bytes(b"nothing of the kind" * 100)
     with pytest.raises(InvalidInput, match="no backup that can be read"):
         ran("restore", str(tmp_path / "no.db"), *at(empty))
+    sqlite3.connect(tmp_path / "other.db").close()
+    new = tmp_path / "new" / "drumtrue.db"
+    for name in ("no.db", "other.db"):
+        with pytest.raises(InvalidInput, match="no backup that can be read"):
+            ran("restore", str(tmp_path / name), *at(f"sqlite:///{new}"))
+    assert not new.parent.exists()
 
 
 def test_a_backup_holds_neither_token_nor_cookie(url: str, tmp_path: Path) -> None:
@@ -88,11 +95,19 @@ def test_sessions_go_to_a_file_and_into_another_database(
     every, one = tmp_path / "all.jsonl", tmp_path / "one.json"
     assert "2 sessions" in ran("export", "--all", "--to", str(every), *at(url))
     assert [json.loads(line)["session_id"] for line in every.read_text().splitlines()] == sessions
-    assert "1 sessions" in ran("export", sessions[0], "--to", str(one), *at(url))
+    assert ": 1 session\n" in ran("export", sessions[0], "--to", str(one), *at(url))
     assert json.loads(ran("solve", str(one), "--json"))["changed"] == []
+    listed = f"holds 2 sessions:\n  {sessions[0]} drum 1 2026-.*\n  {sessions[1]} drum 3"
+    with pytest.raises(InvalidInput, match=listed) as many:
+        ran("solve", str(every))
+    assert "--session" in (many.value.advice or "")
+    assert json.loads(ran("solve", str(every), "--session", sessions[0], "--json"))["changed"] == []
+    for file in (every, one):
+        with pytest.raises(InvalidInput, match="none of them 'none':\n"):
+            ran("solve", str(file), "--session", "none")
     one.write_text(json.dumps(json.loads(one.read_text()), indent=2))
-    assert "1 sessions stored, 0 were here" in ran("import", str(one), *at(empty))
-    assert "1 sessions stored, 1 were here" in ran("import", str(every), *at(empty))
+    assert "1 session stored, 0 here already" in ran("import", str(one), *at(empty))
+    assert "1 session stored, 1 here already" in ran("import", str(every), *at(empty))
     assert "everything is as it was written" in ran("verify", *at(empty))
     with pytest.raises(Conflict, match="is there already"):
         ran("export", "--all", "--to", str(every), *at(url))

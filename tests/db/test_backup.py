@@ -42,9 +42,9 @@ def test_a_backup_goes_back_into_either_engine(shop: Workshop, other: str, tmp_p
     said = [shop.get(one) for one in paths]
     assert rows == counted(shop.work.database)
     database = Database(other)
-    assert backup.restore(path, database) == rows
+    assert backup.restore(path, lambda: Database(other)) == rows
     with pytest.raises(backup.NotEmpty):
-        backup.restore(path, database)
+        backup.restore(path, lambda: Database(other))
     assert counted(database) == rows
     database.close()
     with workshop(other) as restored:
