@@ -32,6 +32,33 @@ _TEMPLATE_LOCK = 4671
 _UNSAFE_BUT_QUICK = ("fsync", "synchronous_commit", "full_page_writes")
 """Off: what a crash of the machine would lose is not asked for in tests; a crash of the server loses nothing."""
 
+_SHAPE = """
+SELECT md5(string_agg(concat_ws(' ', c.relname, c.relkind, a.attname, a.atttypid, a.attnotnull),
+                      ',' ORDER BY c.relname, a.attnum)),
+       (SELECT string_agg(conname, ',' ORDER BY conname) FROM pg_constraint
+        WHERE connamespace = 'public'::regnamespace),
+       (SELECT count(*) FROM pg_trigger),
+       (SELECT string_agg(version_num, ',') FROM alembic_version)
+FROM pg_class c JOIN pg_attribute a ON a.attrelid = c.oid
+WHERE c.relnamespace = 'public'::regnamespace AND a.attnum > 0
+"""
+"""All that a test could have changed beside rows: tables, columns, indexes, constraints, triggers, revision."""
+_EMPTY = """
+DO $$
+DECLARE one record;
+BEGIN
+  SET LOCAL session_replication_role = replica;
+  FOR one IN SELECT tablename AS name FROM pg_tables WHERE schemaname = 'public' AND tablename <> 'alembic_version' LOOP
+    EXECUTE format('DELETE FROM %I', one.name);
+  END LOOP;
+  FOR one IN SELECT sequencename AS name FROM pg_sequences WHERE schemaname = 'public' LOOP
+    PERFORM setval(quote_ident(one.name), 1, false);
+  END LOOP;
+END $$
+"""
+"""No foreign key and no trigger stands in the way, and no order of tables need be known."""
+_END_OTHERS = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = %s AND pid <> pg_backend_pid()"
+
 _numbers = itertools.count(1)
 
 
@@ -55,8 +82,8 @@ def engine_named(name: str) -> Engine:
     return Engine(
         name,
         lambda _folder: server.create("template0"),
-        lambda _folder: server.create(TEMPLATE),
-        server.drop,
+        lambda _folder: server.migrated(),
+        server.give_back,
     )
 
 
@@ -90,6 +117,8 @@ class _Server:
     def __init__(self, server: Any) -> None:
         self._server = server
         self._prefix = f"test_{os.getpid()}_"
+        self._empty: list[str] = []
+        self._shape: Any = None
         with closing(self._connection()) as connection:
             # One worker makes the template, the others wait; the lock goes with the connection.
             connection.execute("SELECT pg_advisory_lock(%s)", (_TEMPLATE_LOCK,))
@@ -111,13 +140,40 @@ class _Server:
             connection.execute(f"CREATE DATABASE {name} TEMPLATE {template} STRATEGY FILE_COPY".encode())
         return self.url(name)
 
-    def drop(self, url: str) -> None:
-        name = url.partition("?")[0].rpartition("/")[2]
-        with closing(self._connection()) as connection:
-            connection.execute(f"DROP DATABASE IF EXISTS {name} WITH (FORCE)".encode())
+    def migrated(self) -> str:
+        """A database as the template is: one that was emptied, or a copy."""
+        if self._empty:
+            return self._empty.pop()
+        url = self.create(TEMPLATE)
+        self._shape = self._shape or self._shape_of(url)
+        return url
 
-    def _connection(self) -> psycopg.Connection[Any]:
-        return psycopg.connect(self._server.get_uri(), autocommit=True)
+    def give_back(self, url: str) -> None:
+        """Empty a database for the next test; drop it where a test changed more than rows, or it was never migrated."""
+        name = _name_in(url)
+        with closing(self._connection()) as server:
+            server.execute(_END_OTHERS, (name,))
+            if self._shape is not None and self._shape_of(url) == self._shape:
+                with closing(self._connection(name)) as connection:
+                    connection.execute(_EMPTY)
+                self._empty.append(url)
+            else:
+                server.execute(f"DROP DATABASE IF EXISTS {name} WITH (FORCE)".encode())
+
+    def _shape_of(self, url: str) -> Any:
+        """What a database looks like apart from its rows; None where it is gone or has no tables of ours."""
+        try:
+            with closing(self._connection(_name_in(url))) as connection:
+                return connection.execute(_SHAPE).fetchone()
+        except psycopg.Error:
+            return None
+
+    def _connection(self, name: str | None = None) -> psycopg.Connection[Any]:
+        return psycopg.connect(self._server.get_uri(database=name), autocommit=True)
+
+
+def _name_in(url: str) -> str:
+    return url.partition("?")[0].rpartition("/")[2]
 
 
 @cache
