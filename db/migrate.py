@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 from alembic import command
@@ -33,9 +34,9 @@ def present_revision(database: Database) -> str | None:
         return MigrationContext.configure(connection).get_current_revision()
 
 
-def newest_revision() -> str | None:
+def newest_revision() -> str:
     """The revision this version of Drumtrue needs."""
-    return ScriptDirectory.from_config(_config()).get_current_head()
+    return revisions()[-1]
 
 
 def is_known(revision: str | None) -> bool:
@@ -43,9 +44,10 @@ def is_known(revision: str | None) -> bool:
     return revision is None or revision in revisions()
 
 
-def revisions() -> list[str]:
-    """All revisions, oldest first."""
-    return [script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions()][::-1]
+@cache
+def revisions() -> tuple[str, ...]:
+    """All revisions, oldest first, as they were when this process first asked."""
+    return tuple(script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions())[::-1]
 
 
 def drift(database: Database) -> list[object]:
@@ -56,7 +58,7 @@ def drift(database: Database) -> list[object]:
 
 def revise(database: Database, message: str) -> None:
     """Write a migration from the present schema to the tables in `rows`, numbered after the newest one."""
-    number = f"{int(newest_revision() or 0) + 1:04d}"
+    number = f"{int(newest_revision()) + 1:04d}"
     with database.engine.begin() as connection:
         command.revision(_config(connection), message, autogenerate=True, rev_id=number)
 
