@@ -13,6 +13,9 @@ from service.web.language import N_, translations
 from service.web.numbers import NO_BREAK
 from service.web.preferences import Preferences
 
+_VELOCITY = Sensor(name="velocity")
+"""Stands for a limit that holds for every sensor: mm/s rms."""
+
 
 @dataclass(frozen=True)
 class Display:
@@ -43,6 +46,10 @@ class Display:
     def amplitude(self, sensor: Sensor, value: float | None) -> str:
         """An amplitude of a sensor, in its quantity."""
         return self._with(units.amplitude(sensor, self.preferences), value)
+
+    def velocity(self, mm_s: float | None) -> str:
+        """A vibration velocity, stored in mm/s rms."""
+        return self.amplitude(_VELOCITY, mm_s)
 
     def angle(self, degrees: float | None) -> str:
         """An angle or a phase, 0 to 360 degrees."""

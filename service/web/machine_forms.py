@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from db.documents.machine import Bearing, Machine, Plane, Sensor
@@ -57,7 +58,7 @@ def filled(page: Page, machine: Machine) -> Form:
     for index, plane in enumerate(machine.planes):
         values |= {f"planes[{index}].{name}": text for name, text in _plane_values(page, plane).items()}
     for index, sensor in enumerate(machine.sensors):
-        values |= {f"sensors[{index}].{name}": text for name, text in _sensor_values(page, machine, sensor).items()}
+        values |= {f"sensors[{index}].{name}": text for name, text in _sensor_values(page, sensor).items()}
     return Form(values, page.language)
 
 
@@ -89,11 +90,13 @@ def read(page: Page, form: Form, before: Machine | None = None) -> Machine | Non
     rotation = form.choice("rotation", ROTATIONS)
     angle_sense = form.choice("angle_sense", ANGLE_SENSES, required=False) or "against_rotation"
     phase_sense = form.choice("phase_sense", PHASE_SENSES, required=False) or "lag"
-    planes = [_plane(page, form, index) for index in range(count(form, "planes"))]
-    placed = [_sensor(page, form, index) for index in range(count(form, "sensors"))]
+    planes = [_plane(page, form, index, before) for index in range(count(form, "planes"))]
+    placed = [_sensor(page, form, index, before) for index in range(count(form, "sensors"))]
     if not form.ok or name is None or speed is None:
         return None
     sensors = tuple(one for one in placed if one is not None)
+    bearings = stated_bearings(before) or _derived(sensors)
+    known = {bearing.name for bearing in bearings}
     return Machine(
         name=name,
         type=kind,
@@ -106,21 +109,24 @@ def read(page: Page, form: Form, before: Machine | None = None) -> Machine | Non
         iso_20816=None if before is None else before.iso_20816,
         angle_sense=angle_sense,  # type: ignore[arg-type]
         phase_sense=phase_sense,  # type: ignore[arg-type]
-        bearings=_bearings(sensors, before),
+        bearings=bearings,
         planes=tuple(one for one in planes if one is not None),
-        sensors=sensors,
+        sensors=tuple(one if one.bearing in known else replace(one, bearing=None) for one in sensors),
     )
 
 
-def _bearings(sensors: tuple[Sensor, ...], before: Machine | None) -> tuple[Bearing, ...]:
-    """Each sensor with a place of its own sits on a bearing; bearings stated elsewhere are kept."""
-    if before is not None and before.bearings:
-        return before.bearings
+def stated_bearings(machine: Machine | None) -> tuple[Bearing, ...]:
+    """Bearings of a machine that do not merely stand where its sensors do: no field of the form shows them."""
+    return () if machine is None or machine.bearings == _derived(machine.sensors) else machine.bearings
+
+
+def _derived(sensors: tuple[Sensor, ...]) -> tuple[Bearing, ...]:
+    """Two sensors at places of their own stand for the two bearings."""
     places = {sensor.axial_mm: sensor.name for sensor in sensors if sensor.axial_mm is not None}
     return tuple(Bearing(name=name, axial_mm=at) for at, name in places.items()) if len(places) == 2 else ()
 
 
-def _plane(page: Page, form: Form, index: int) -> Plane | None:
+def _plane(page: Page, form: Form, index: int, machine: Machine | None) -> Plane | None:
     where, unit = f"planes[{index}]", page.display.length_unit()
     name = form.text(f"{where}.name", required=True)
     radius = form.number(f"{where}.radius_mm", above=0.0, high=1e5, unit=unit)
@@ -132,6 +138,7 @@ def _plane(page: Page, form: Form, index: int) -> Plane | None:
     labels = _labels(form, where)
     if not form.ok or name is None or radius is None or per_hole is None or most is None:
         return None
+    before = next((one for one in machine.planes if one.name == name), None) if machine is not None else None
     return Plane(
         name=name,
         radius_mm=radius,
@@ -140,6 +147,7 @@ def _plane(page: Page, form: Form, index: int) -> Plane | None:
         hole_labels=labels,
         masses_per_position=per_hole,
         max_masses=most,
+        max_total_mass_g=None if before is None else before.max_total_mass_g,
         max_force_n=force,
     )
 
@@ -171,7 +179,7 @@ def _labels(form: Form, where: str) -> tuple[str, ...] | None:
     return labels
 
 
-def _sensor(page: Page, form: Form, index: int) -> Sensor | None:
+def _sensor(page: Page, form: Form, index: int, machine: Machine | None) -> Sensor | None:
     where = f"sensors[{index}]"
     name = form.text(f"{where}.name", required=True)
     axial = form.number(f"{where}.axial_mm", low=-1e5, high=1e5, unit=page.display.length_unit(), required=False)
@@ -181,9 +189,12 @@ def _sensor(page: Page, form: Form, index: int) -> Sensor | None:
     serial = form.text(f"{where}.serial")
     if not form.ok or name is None:
         return None
+    before = next((one for one in machine.sensors if one.name == name), None) if machine is not None else None
     return Sensor(
         name=name,
         axial_mm=axial,
+        bearing=None if before is None else before.bearing,
+        direction=None if before is None else before.direction,
         quantity=UNITS[unit],  # type: ignore[arg-type]
         unit=unit,  # type: ignore[arg-type]
         detection=detection,  # type: ignore[arg-type]
@@ -210,8 +221,8 @@ def _plane_values(page: Page, plane: Plane) -> dict[str, str]:
     return values | {"positions_deg": "; ".join(show.plain(at) for at in angles)}
 
 
-def _sensor_values(page: Page, machine: Machine, sensor: Sensor) -> dict[str, str]:
-    at = next((b.axial_mm for b in machine.bearings if b.name == sensor.bearing), sensor.axial_mm)
+def _sensor_values(page: Page, sensor: Sensor) -> dict[str, str]:
+    at = sensor.axial_mm
     return {
         "name": sensor.name,
         "axial_mm": "" if at is None else page.display.plain(page.display.length_unit().show(at)),

@@ -9,9 +9,10 @@ from fastapi.responses import HTMLResponse, Response
 from pydantic import ValidationError
 
 from db.documents.base import read_json, to_plain, write_json
-from db.documents.machine import Machine
+from db.documents.machine import Machine, StoredMachine
 from service.errors import DrumtrueError
 from service.usecases import machines, sessions
+from service.usecases.mapping import bearing_places
 from service.web import machine_forms, trends
 from service.web.doing import done
 from service.web.forms import Form, TypedDep
@@ -58,23 +59,30 @@ def machine_page(page: PageDep, machine_id: Key) -> HTMLResponse:
     """One machine: its description, its sessions, its trend."""
     machine = machines.get(page.work, machine_id)
     found = sessions.find(page.work, MOST_SESSIONS, 0, machine_id=machine_id)
-    return page.render("machine.html", machine=machine, sessions=found, trends=trends.of_machine(page, machine))
+    return page.render(
+        "machine.html",
+        machine=machine,
+        sessions=found,
+        trends=trends.of_machine(page, machine),
+        detections=machine_forms.DETECTIONS,
+        places=bearing_places(machine),
+        stated=machine_forms.stated_bearings(machine),
+    )
 
 
 @router.get("/{machine_id}/edit")
 def edit_machine(page: PageDep, machine_id: Key) -> HTMLResponse:
     """The description as a form."""
     machine = machines.get(page.work, machine_id)
-    return _form(page, machine_forms.filled(page, machine), machine_id=machine_id)
+    return _form(page, machine_forms.filled(page, machine), before=machine)
 
 
 @router.post("/{machine_id}/edit")
 def save_machine(page: PageDep, typed: TypedDep, machine_id: Key) -> Response:
     """Change a machine; sessions keep the copy they were opened with."""
-    form = Form(typed, page.language)
+    form, before = Form(typed, page.language), machines.get(page.work, machine_id)
     if machine_forms.resized(form):
-        return _form(page, form, machine_id=machine_id)
-    before = machines.get(page.work, machine_id)
+        return _form(page, form, before=before)
     machine = machine_forms.read(page, form, before)
     if machine is not None:
         try:
@@ -83,15 +91,18 @@ def save_machine(page: PageDep, typed: TypedDep, machine_id: Key) -> Response:
             return page.goto(f"/machines/{machine_id}")
         except (DrumtrueError, ValidationError) as refused:
             _refused(page, form, refused)
-    return _form(page, form, machine_id=machine_id, status=422)
+    return _form(page, form, before=before, status=422)
 
 
-def _form(page: Page, form: Form, *, machine_id: str = "", then: str = "", status: int = 200) -> HTMLResponse:
+def _form(
+    page: Page, form: Form, *, before: StoredMachine | None = None, then: str = "", status: int = 200
+) -> HTMLResponse:
     return page.render(
         "machine_form.html",
         status=status,
         form=form,
-        machine_id=machine_id,
+        machine_id="" if before is None else before.id,
+        bearings=machine_forms.stated_bearings(before),
         then=then,
         planes=machine_forms.count(form, "planes"),
         sensors=machine_forms.count(form, "sensors"),
