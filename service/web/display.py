@@ -35,6 +35,10 @@ class Display:
         """A mass."""
         return self._with(units.mass(self.preferences), grams, digits=4)
 
+    def rotor_mass(self, kg: float | None) -> str:
+        """The mass of a rotor, in kg whatever the reader's unit of pieces is."""
+        return self._text(kg, "kg", digits=4)
+
     def length(self, mm: float | None) -> str:
         """A radius or an axial position."""
         return self._with(units.length(self.preferences), mm, digits=4)

@@ -101,7 +101,8 @@ class Form:
             self.wrong(name, str(wrong))
             return None
         bounds = {"low": low, "high": high, "above": above}
-        shown = {k: numbers.plain(None if v is None else unit.show(v), self.language) for k, v in bounds.items()}
+        plain = {k: numbers.plain(None if v is None else unit.show(v), self.language) for k, v in bounds.items()}
+        shown = {k: text.replace("-", numbers.MINUS) for k, text in plain.items()}
         if above is not None and not value > above:
             self.wrong(name, N_("This must be more than %(above)s."), **shown)
         elif (low is not None and value < low) or (high is not None and value > high):

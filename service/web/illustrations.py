@@ -14,7 +14,7 @@ from service.usecases import mapping
 from service.web.moves import Move
 from service.web.pictures.bars import before_after
 from service.web.pictures.compass import compass_of, flipped
-from service.web.pictures.dials import amplitude_dial, amplitude_turn, phase_dial
+from service.web.pictures.dials import amplitude_dial, phase_dial
 from service.web.pictures.ends import Part, Piece, end_view
 from service.web.pictures.front import front_chart
 from service.web.pictures.masses import mass_plot
@@ -116,10 +116,11 @@ def limit_of(session: Session, sensor: str) -> float | None:
     return mapping.limit_of(session.machine, mapping.Channel(found, session.machine.service_speed_rpm))
 
 
-def needle(session: Session, sensor: str, amplitude: float, full: float, preferences: Preferences) -> float:
-    """Turn of an amplitude's needle, degrees clockwise from straight up, on the dial that `dials` draws."""
+def larger_dial(session: Session, sensor: str, amplitude: float, preferences: Preferences) -> Markup:
+    """The dial of an amplitude that goes beyond the scale of the one from `dials`."""
     found = next(one for one in session.machine.sensors if one.name == sensor)
-    return amplitude_turn(found, amplitude, Reader(preferences), top=full)
+    limit = limit_of(session, sensor)
+    return to_svg(amplitude_dial(found, amplitude, Reader(preferences), limit=limit, top=1.25 * amplitude))
 
 
 def phase_sign(session: Session) -> int:

@@ -20,7 +20,7 @@ UNITS = {
     "m/s2": "acceleration",
     "g": "acceleration",
 }
-DETECTIONS = {"rms": "RMS", "peak": N_("peak"), "peak_to_peak": N_("peak to peak")}
+DETECTIONS = {"rms": "rms", "peak": N_("peak"), "peak_to_peak": N_("peak to peak")}
 ROTATIONS = {"cw": N_("clockwise"), "ccw": N_("counter-clockwise")}
 ANGLE_SENSES = {"against_rotation": N_("against the rotation"), "with_rotation": N_("with the rotation")}
 PHASE_SENSES = {"lag": N_("lag (usual)"), "lead": N_("lead")}

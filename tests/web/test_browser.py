@@ -239,9 +239,18 @@ def test_live_values_are_shown_as_old_and_too_fast_is_loud(tablet: Tablet, bench
     machine = bench.machine("Too fast", service_speed_rpm=300.0)
     session = bench.session(machine, bench.box("Box of the fast one"))
     tablet.open(f"/sessions/{session}")
-    tablet.page.get_by_text("Old value: the source is silent").wait_for()
+    tablet.page.get_by_text("No value yet: the source is silent").wait_for()
+    assert tablet.page.locator(".pic-needle:visible").count() == 0
+    values = tablet.page.locator(".dial .pic-strong")
+    assert values.all_text_contents() == ["\N{EM DASH}"] * 4
     bench.turn()
     tablet.page.get_by_text("Too fast! Above the service speed").wait_for()
+    assert "\N{EM DASH}" not in values.all_text_contents()
+    # As found it shakes more than any scale drawn before could know: the dials have grown.
+    for needle in tablet.page.locator("[data-amplitude] .pic-needle").all():
+        turned = needle.get_attribute("transform") or ""
+        assert -120.0 < float(turned.removeprefix("rotate(").split()[0]) < 120.0
+    tablet.page.get_by_text("Old value: the source is silent").wait_for()
     assert tablet.page.locator(TAKE).count() == 0
 
 

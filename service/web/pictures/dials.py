@@ -43,22 +43,15 @@ def amplitude_dial(
         angle = math.radians(_turn(value / marks[-1]))
         x, y = _UP.point(RADIUS - 22.0, angle)
         items.append(Line((_UP.point(RADIUS - 8.0, angle), _UP.point(RADIUS + 8.0, angle)), "pic-axis"))
-        items.append(Words((x, y + 4.0), reader.number(value), "pic-small", size=13.0))
+        items.append(Words((x, y + 5.0), reader.number(value), "pic-small", size=16.0))
     data = (("dial", "amplitude"), ("top", f"{full:.9g}"), ("from", f"{BEGIN_DEG:g}"), ("to", f"{END_DEG:g}"))
     items.append(_needle(None if amplitude is None else _turn(min(amplitude / full, 1.05)), data))
     text = NOTHING if amplitude is None else reader.number(unit.show(amplitude))
-    items.append(Words((CENTRE[0], HEIGHT - 32.0), text, "pic-strong", size=26.0))
-    items.append(Words((CENTRE[0], HEIGHT - 12.0), reader.gettext(unit.sign), "pic-small", size=13.0))
+    items.append(Words((CENTRE[0], HEIGHT - 36.0), text, "pic-strong", size=30.0))
+    items.append(Words((CENTRE[0], HEIGHT - 12.0), reader.gettext(unit.sign), "pic-small", size=18.0))
     title = reader.gettext("amplitude of %(sensor)s") % {"sensor": sensor.name}
     said = reader.gettext("no value yet") if amplitude is None else f"{text} {reader.gettext(unit.sign)}"
     return Picture(SIZE, HEIGHT, title, said, tuple(items))
-
-
-def amplitude_turn(sensor: Sensor, amplitude: float, reader: Reader, *, top: float) -> float:
-    """Turn of the needle in degrees on the dial of `amplitude_dial` with the same `top`."""
-    unit = reader.amplitude_unit(sensor)
-    full = unit.store(ticks(unit.show(top), 4)[-1])
-    return _turn(min(amplitude / full, 1.05))
 
 
 def phase_dial(machine: Machine, sensor: Sensor, phase_deg: float | None, reader: Reader) -> Picture:
@@ -71,11 +64,11 @@ def phase_dial(machine: Machine, sensor: Sensor, phase_deg: float | None, reader
         items.append(Line((inner, outer), "pic-axis"))
         if degrees % 90 == 0 and degrees:
             x, y = compass.at(RADIUS - 24.0, degrees, machine.phase_sense)
-            items.append(Words((x, y + 4.0), f"{degrees}", "pic-small", size=13.0))
+            items.append(Words((x, y + 5.0), f"{degrees}", "pic-small", size=16.0))
     way = 1 if compass.clockwise == (machine.phase_sense == "lag") else -1
     items.append(_needle(None if phase_deg is None else way * phase_deg, (("dial", "phase"), ("sign", str(way)))))
     text = NOTHING if phase_deg is None else reader.angle(phase_deg)
-    items.append(Words((CENTRE[0], HEIGHT - 12.0), text, "pic-strong", size=26.0))
+    items.append(Words((CENTRE[0], HEIGHT - 12.0), text, "pic-strong", size=30.0))
     title = reader.gettext("phase of %(sensor)s") % {"sensor": sensor.name}
     return Picture(SIZE, HEIGHT, title, reader.gettext("no value yet") if phase_deg is None else text, tuple(items))
 

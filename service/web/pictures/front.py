@@ -26,7 +26,7 @@ def front_chart(
         items: tuple[Item, ...] = (Words((20.0, 20.0), title, "pic-title", "start", 17.0),)
         return Picture(WIDTH, 60.0, title, words, (*items, Words((20.0, 46.0), words, "pic-words", "start", 15.0)))
     chart = Chart(min(p[0] for p in known), max(p[0] for p in known), max(max(p[1] for p in known), limit or 0.0))
-    upwards = _("left over") + ("" if unit == "1" else f", {unit}")
+    upwards = f"{_('left over')}, {_('share of the limit') if unit == '1' else unit}"
     drawn = chart.frame(reader, title, upwards, _("masses in the drum"))
     if limit is not None:
         drawn += chart.line_at(limit, _("limit: %(value)s") % {"value": reader.number(limit)})

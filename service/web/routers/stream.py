@@ -99,12 +99,15 @@ def _now(page: Page, session_id: str) -> dict[str, Any]:
 
 def _sensor(page: Page, guide: Guide, now: live.SensorNow) -> dict[str, Any]:
     sensor = guide.sensor(now.sensor)
-    full = scales(guide)[now.sensor]
+    beyond = now.amplitude > scales(guide)[now.sensor]
     unit = page.display.amplitude_unit(sensor)
     return {
         "name": now.sensor,
         "amplitude": page.display.number(unit.show(now.amplitude)),
-        "needle": round(illustrations.needle(guide.session, sensor.name, now.amplitude, full, page.preferences), 1),
+        "stored": now.amplitude,
+        "larger": illustrations.larger_dial(guide.session, sensor.name, now.amplitude, page.preferences)
+        if beyond
+        else None,
         "phase": page.display.angle(now.phase_deg),
         "turn": None if now.phase_deg is None else round(illustrations.phase_sign(guide.session) * now.phase_deg, 1),
         "steady": now.steady,

@@ -34,7 +34,7 @@ function show(panel, now) {
   for (const sensor of now.sensors) showSensor(panel, sensor);
   panel.querySelector("[data-speed]").textContent = now.speed;
   panel.querySelector(".fast").hidden = !now.too_fast || now.stale;
-  if (now.stale) { stale(panel, panel.dataset.staleText); return; }
+  if (now.stale) { stale(panel, now.sensors.length ? panel.dataset.staleText : panel.dataset.noneText); return; }
   panel.classList.remove("stale");
   mark(panel.querySelector(".steadiness"), now.steady);
   panel.querySelector("[data-word]").textContent = now.steady ? panel.dataset.steadyText : panel.dataset.waitsText;
@@ -45,10 +45,20 @@ function show(panel, now) {
 function showSensor(panel, sensor) {
   const dial = [...panel.querySelectorAll("[data-sensor]")].find((one) => one.dataset.sensor === sensor.name);
   if (!dial) return;
-  turn(dial.querySelector("[data-amplitude]"), sensor.needle, sensor.amplitude);
+  const face = dial.querySelector("[data-amplitude]");
+  if (sensor.larger) grow(face, sensor.larger);
+  const { top, from, to } = face.querySelector(".pic-needle").dataset;
+  turn(face, +from + Math.min(sensor.stored / top, 1.05) * (to - from), sensor.amplitude);
   turn(dial.querySelector("[data-phase]"), sensor.turn, sensor.phase);
   dial.querySelector("[data-why]").textContent = sensor.why_not ?? "";
   mark(dial, sensor.steady);
+}
+
+// A value beyond the scale brings a dial of a larger one with it; a dial never shrinks again.
+function grow(face, drawn) {
+  const made = new DOMParser().parseFromString(drawn, "text/html").querySelector("svg");
+  const top = (dial) => +dial.querySelector(".pic-needle").dataset.top;
+  if (top(made) > top(face)) face.replaceChildren(made);
 }
 
 // The dials are drawn by the server: the needle keeps its hub, only its turn and the figure below change.

@@ -1,12 +1,15 @@
-"""Pictures and certificate as images for the documents: `python -m tests.web.pictures.screenshots FOLDER`.
+"""Pictures, certificate and pages as images for the documents: `python -m tests.web.pictures.screenshots FOLDER`.
 
-They show the published drum, balanced with the box of the tests; the same every time but for the browser's letters.
+Pictures and certificate show the published drum, balanced with the box of the tests; the same every time but for the
+browser's letters. The pages, in FOLDER/pages, are of the simulated drum; with `--everything` FOLDER gets every page as
+it is held upright and lying instead, to be looked at.
 """
 
 from __future__ import annotations
 
 import sys
 import tempfile
+from io import BytesIO
 from pathlib import Path
 
 import pypdfium2
@@ -23,6 +26,7 @@ from service.web.pictures.reader import Reader
 from service.web.pictures.svg import to_svg
 from tests.api.workshop import DRUM, Workshop, mass, on_rotor, workshop
 from tests.web.browser import browsing
+from tests.web.pictures.walk import walker
 
 WIDTH = 1240
 
@@ -66,7 +70,19 @@ def shrink(image: Image.Image, path: Path) -> None:
     image.convert("RGB").quantize(64).save(path, optimize=True)
 
 
-def main(folder: Path) -> None:
+def pages(folder: Path) -> None:
+    """Write the pages that the documents show."""
+    with walker() as walk:
+        walk.for_documents(folder, lambda path, png: shrink(Image.open(BytesIO(png)), path))
+
+
+def everything(folder: Path) -> None:
+    """Write every page, upright and lying."""
+    with walker() as walk:
+        walk.everything(folder)
+
+
+def pictures(folder: Path) -> None:
     """Write pictures-light.png, pictures-dark.png and certificate.png."""
     style = files()["pictures.css"].decode()
     with (
@@ -75,11 +91,11 @@ def main(folder: Path) -> None:
         browsing() as browser,
     ):
         session = sessions.get(shop.work, balanced(shop))
-        pictures = "".join(f"<div>{picture}</div>" for picture in drawn(shop, session))
+        shown = "".join(f"<div>{picture}</div>" for picture in drawn(shop, session))
         for theme, ground in (("light", "#ffffff"), ("dark", "#12171c")):
             page = browser.new_page(viewport={"width": WIDTH, "height": 600})
             grid = f"body{{margin:16px;background:{ground};display:grid;grid-template-columns:1fr 1fr;gap:24px}}"
-            page.set_content(f"<html data-theme={theme}><style>{style}{grid}</style>{pictures}")
+            page.set_content(f"<html data-theme={theme}><style>{style}{grid}</style>{shown}")
             page.screenshot(path=folder / f"pictures-{theme}.png", full_page=True)
             page.close()
             shrink(Image.open(folder / f"pictures-{theme}.png"), folder / f"pictures-{theme}.png")
@@ -89,5 +105,17 @@ def main(folder: Path) -> None:
         document.close()
 
 
+def main(arguments: list[str]) -> None:
+    """Draw what is asked for."""
+    folder = Path(next(one for one in arguments if not one.startswith("-")))
+    if "--everything" in arguments:
+        folder.mkdir(parents=True, exist_ok=True)
+        everything(folder)
+    else:
+        (folder / "pages").mkdir(parents=True, exist_ok=True)
+        pictures(folder)
+        pages(folder / "pages")
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(sys.argv[1:])
