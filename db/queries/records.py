@@ -106,13 +106,14 @@ class Records(Queries):
                 self._history.seal(session_id)
 
     # ------------------------------------------------------------ influence
-    def influences(self, machine_id: str) -> Sequence[InfluenceRow]:
+    def influences(self, machine_id: str, limit: int, offset: int = 0) -> Sequence[InfluenceRow]:
         """What a machine's coefficients were, latest first."""
-        return self._session.scalars(
-            select(InfluenceRow)
-            .where(InfluenceRow.machine_id == machine_id)
-            .order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id)
-        ).all()
+        query = select(InfluenceRow).where(InfluenceRow.machine_id == machine_id)
+        return self._page(query.order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id), limit, offset)
+
+    def influence_of(self, session_id: str) -> InfluenceRow | None:
+        """What a session taught."""
+        return self._session.scalars(select(InfluenceRow).where(InfluenceRow.session_id == session_id)).one_or_none()
 
     def influences_of_type(self, machine_type: str) -> Sequence[InfluenceRow]:
         """All coefficients of machines of a type, latest first."""

@@ -6,10 +6,11 @@ import functools
 import hashlib
 import inspect
 import json
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from typing import Annotated, Any, cast, get_args, get_type_hints
 
 from fastapi import Header, Request, Response
+from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 from pydantic import ValidationError
 from pydantic_core import to_jsonable_python
@@ -18,7 +19,7 @@ from starlette.exceptions import HTTPException
 from db.documents.base import adapter, write_json
 from db.documents.plan import Plan
 from db.documents.session import Session
-from service.errors import UnsupportedMediaType
+from service.errors import InvalidInput, UnsupportedMediaType
 from service.usecases import once
 
 Validator = Callable[[bytes], Any]
@@ -33,11 +34,11 @@ class InvalidBody(HTTPException):
 
 
 class StrictRoute(APIRoute):
-    """A route whose body is validated as JSON text.
+    """A route whose body is validated as JSON text, and whose query parameters are all known.
 
     FastAPI reads the text into dictionaries first, for which strict documents are too strict (a list is no tuple, a
-    text no time); validated as JSON the same documents read well, and faster. A POST takes an
-    `Idempotency-Key`; a session or plan is answered with its version as `ETag`.
+    text no time); validated as JSON the same documents read well, and faster. A query parameter that the operation does
+    not have is refused. A POST takes an `Idempotency-Key`; a session or plan is answered with its version as `ETag`.
     """
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **given: Any) -> None:
@@ -51,11 +52,14 @@ class StrictRoute(APIRoute):
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         """The handler, with a request whose `json()` is the validated body."""
         handler = super().get_route_handler()
-        if self.body_field is None:
-            return handler
-        validate = _validator(self.body_field.field_info.annotation)
+        known = frozenset(_queries(self.dependant))
+        body = self.body_field
+        validate = None if body is None else _validator(body.field_info.annotation)
 
         async def handle(request: Request) -> Response:
+            _require_known(request, known)
+            if validate is None:
+                return await handler(request)
             _require_json(request)
             return await handler(_ValidatedRequest(request, validate))
 
@@ -116,6 +120,26 @@ def _with_parameter(
     signature = inspect.signature(endpoint)
     more = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
     answered.__signature__ = signature.replace(parameters=[*signature.parameters.values(), more])  # type: ignore[attr-defined]
+
+
+def _queries(dependant: Dependant) -> Iterator[str]:
+    """Names of the query parameters of an operation and of what it depends on."""
+    yield from (one.alias for one in dependant.query_params)
+    for further in dependant.dependencies:
+        yield from _queries(further)
+
+
+def _require_known(request: Request, known: frozenset[str]) -> None:
+    """Refuse a query parameter that the operation does not have: left out silently, it would seem to have worked."""
+    unknown = sorted(set(request.query_params) - known)
+    if unknown:
+        raise InvalidInput(
+            f"there is no query parameter {', '.join(map(repr, unknown))} here",
+            code="unknown_parameter",
+            field=unknown[0],
+            value=request.query_params[unknown[0]],
+            advice=f"leave it out; there {'is' if len(known) == 1 else 'are'} {', '.join(sorted(known)) or 'none'}",
+        )
 
 
 def _require_json(request: Request) -> None:

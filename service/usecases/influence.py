@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from db.documents.influence import (
@@ -35,10 +33,9 @@ def learn_from(work: Work, machine_id: str, request: LearnRequest) -> LearnedInf
     with work.write() as store:
         machine = require(store, MachineRow, machine_id, lock=True)
         session = require(store, SessionRow, request.session_id)
-        history = store.influences(machine_id)
-        _check_session(machine_id, session, history)
+        _check_session(store, machine_id, session)
         fitted = fit_runs(session.machine, used(store.runs(session.id)), session.run_out)
-        before = history[0].learned.saved if history else None
+        before = _latest(store, machine_id)
         saved, refused = _combined(session.machine, fitted, before)
         learned = LearnedInfluence(
             id=work.new_id(),
@@ -62,11 +59,11 @@ def learn_from(work: Work, machine_id: str, request: LearnRequest) -> LearnedInf
         return learned
 
 
-def history_of(work: Work, machine_id: str) -> tuple[LearnedInfluence, ...]:
+def history_of(work: Work, machine_id: str, limit: int, offset: int = 0) -> tuple[LearnedInfluence, ...]:
     """What a machine's coefficients were, latest first. Raises NotFound."""
     with work.read() as store:
         require(store, MachineRow, machine_id)
-        return tuple(row.learned for row in store.influences(machine_id))
+        return tuple(row.learned for row in store.influences(machine_id, limit, offset))
 
 
 def typical_of(work: Work, machine_type: str) -> TypicalInfluence:
@@ -86,8 +83,11 @@ def saved_for(store: Store, session: SessionRow, whose: str) -> SavedInfluence |
                 "the machine states no type", field="influence_of", value="type", advice="give the machine its type"
             )
         return _typical(store, session.machine.type)[1]
-    history = store.influences(session.machine_id)
-    return history[0].learned.saved if history else None
+    return _latest(store, session.machine_id)
+
+
+def _latest(store: Store, machine_id: str) -> SavedInfluence | None:
+    return next((row.learned.saved for row in store.influences(machine_id, 1)), None)
 
 
 def suggest_trials(work: Work, session_id: str) -> tuple[TrialMassSuggestion, ...]:
@@ -107,7 +107,7 @@ def suggest_trials(work: Work, session_id: str) -> tuple[TrialMassSuggestion, ..
         return quality.trial_masses(machine, influence[good], vibration[good])
 
 
-def _check_session(machine_id: str, session: SessionRow, history: Sequence[InfluenceRow]) -> None:
+def _check_session(store: Store, machine_id: str, session: SessionRow) -> None:
     if session.machine_id != machine_id:
         raise Conflict(
             f"session {session.id} is of another machine",
@@ -116,7 +116,7 @@ def _check_session(machine_id: str, session: SessionRow, history: Sequence[Influ
             value=session.id,
             advice="take a session of this machine",
         )
-    if any(row.session_id == session.id for row in history):
+    if store.influence_of(session.id) is not None:
         raise Conflict(
             f"session {session.id} has taught this machine already",
             code="learned_already",

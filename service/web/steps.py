@@ -138,7 +138,7 @@ def _trial(page: Page, guide: Guide) -> dict[str, Any]:
         "advice": advice,
         "holes": holes(guide.plane(plane)),
         "part": guide.part if stop is not None else "begin",
-        "taught": bool(influence.history_of(page.work, guide.session.machine_id)),
+        "taught": bool(influence.history_of(page.work, guide.session.machine_id, 1)),
         "pictures": _trial_picture(page, guide, advice),
         **_entry(page, guide),
     }

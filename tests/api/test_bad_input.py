@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from string import Template
 from typing import Any
 
 import pytest
 
 from service.app import PREFIX
-from tests.api.workshop import DRUM, Workshop, box_body, machine_body, mass, problem_of
+from tests.api.workshop import DRUM, Workshop, application, box_body, machine_body, mass, problem_of
 
 NOON = "2026-03-01T12:00:00Z"
 RUN = "/sessions/$session/runs"
@@ -454,3 +455,17 @@ def refuse(
     """The problem that a request is answered with, once `$names` stand for what they name."""
     text = None if body is None else Template(json.dumps(body)).substitute(names).encode()
     return shop.refused(method, Template(path).substitute(names), text, status, code)
+
+
+def test_a_query_parameter_that_an_operation_does_not_have_is_named(shared_shop: Workshop) -> None:
+    asked = 0
+    for path, methods in application().openapi()["paths"].items():
+        for method, operation in methods.items():
+            known = [one["name"] for one in operation.get("parameters", []) if one["in"] == "query"]
+            address = f"{re.sub(r'{.*?}', 'x', path)}?limite=3&{'&'.join(f'{name}=1' for name in known)}"
+            answer = shared_shop.client.request(method.upper(), address, json={})
+            problem = problem_of(answer, 422, "unknown_parameter")
+            assert (problem["field"], problem["value"]) == ("limite", "3")
+            assert all(name in problem["advice"] for name in known), operation["operationId"]
+            asked += 1
+    assert asked > 40

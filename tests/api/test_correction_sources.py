@@ -183,6 +183,7 @@ class TestSavedInfluence:
         assert rows["P"] == old["P"]
         history = shop.get(f"/machines/{machine}/influence")
         assert [entry["session_id"] for entry in history] == [second, first]
+        assert shop.get(f"/machines/{machine}/influence?limit=1&offset=1") == history[1:]
         shop.refused("POST", f"/machines/{machine}/influence", {"session_id": second}, 409, "learned_already")
 
     def test_statistics_of_a_type_balance_a_machine_of_it(self, shop: Workshop) -> None:

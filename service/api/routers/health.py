@@ -5,17 +5,19 @@ from __future__ import annotations
 import asyncio
 import threading
 from contextlib import suppress
+from typing import Any
 
 from fastapi import APIRouter, Response
 
 from db.documents.base import document
-from service.api.dependencies import WorkDep
+from service.api.dependencies import WorkDep, errors
+from service.api.routing import StrictRoute
 from service.usecases import wellness
 from service.usecases.wellness import Readiness
 from service.usecases.work import Work
 from service.version import __version__
 
-router = APIRouter()
+router = APIRouter(route_class=StrictRoute)
 probes = APIRouter()
 
 PATIENCE_S = 3.0
@@ -34,7 +36,10 @@ class Health:
     """ok, or what the database said."""
 
 
-@router.get("/health", tags=["health"], responses={503: {"model": Health, "description": "The database is gone."}})
+GONE: dict[int | str, dict[str, Any]] = {503: {"model": Health, "description": "The database is gone."}}
+
+
+@router.get("/health", tags=["health"], responses=errors() | GONE)
 def get_health(work: WorkDep, response: Response) -> Health:
     """Ask the service and its database for a sign of life. There is no quantity with a unit."""
     try:

@@ -11,13 +11,14 @@ from starlette.concurrency import run_in_threadpool
 
 from db.documents.base import write_json
 from service.api.dependencies import Key, WorkDep, errors
+from service.api.routing import StrictRoute
 from service.errors import Unavailable
 from service.usecases import live
 from service.usecases.live import Live
 from service.usecases.news import news
 from service.usecases.work import Work
 
-router = APIRouter()
+router = APIRouter(route_class=StrictRoute)
 
 BEAT_S = 10.0
 """A comment so often keeps a quiet stream from being cut on its way."""

@@ -57,9 +57,11 @@ def learn_influence(work: WorkDep, machine_id: Key, learn: LearnRequest) -> Lear
 
 
 @router.get("/machines/{machine_id}/influence", tags=["influence"], responses=errors(404))
-def list_influence(work: WorkDep, machine_id: Key) -> tuple[LearnedInfluence, ...]:
+def list_influence(
+    work: WorkDep, machine_id: Key, limit: Limit = 50, offset: Offset = 0
+) -> tuple[LearnedInfluence, ...]:
     """A machine's influence coefficients after each session, latest first. Units as in `learn_influence`: per g."""
-    return influence.history_of(work, machine_id)
+    return influence.history_of(work, machine_id, limit, offset)
 
 
 @router.get("/influence-statistics", tags=["influence"], responses=errors(404))
