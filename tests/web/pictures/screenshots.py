@@ -67,7 +67,7 @@ def drawn(shop: Workshop, session: Session) -> list[Markup]:
 
 def shrink(image: Image.Image, path: Path) -> None:
     """Store an image with as few colours as flat shapes need."""
-    image.convert("RGB").quantize(64).save(path, optimize=True)
+    image.convert("RGB").quantize(128).save(path, optimize=True)
 
 
 def pages(folder: Path) -> None:
