@@ -9,9 +9,9 @@ setup: $(STAMP)
 
 $(STAMP): pyproject.toml requirements.lock
 	$(PYTHON) -m venv .venv
-	@# uv is faster; where it cannot be had, pip does the same work.
+	@# uv is faster; where it cannot be had, pip does the same work. Compiled once here, not by every process of a test.
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv \
-	  && $(BIN)/uv pip install --quiet --python $(BIN)/python -c requirements.lock -e '.[dev]' \
+	  && $(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python -c requirements.lock -e '.[dev]' \
 	  || $(BIN)/python -m pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
 	touch $@
 
@@ -32,8 +32,10 @@ layers: setup
 types: setup
 	$(BIN)/mypy
 
+# Our own modules are compiled once for all processes, also where the environment says otherwise.
+unit: export PYTHONDONTWRITEBYTECODE =
 unit: setup
-	@start=$$(date +%s); $(BIN)/pytest -n 2 --durations=10 && echo "make unit: $$(($$(date +%s) - start)) s"
+	@start=$$(date +%s); $(BIN)/pytest -n 2 --dist worksteal --durations=10 && echo "make unit: $$(($$(date +%s) - start)) s"
 
 # Known vulnerabilities of the pinned dependencies; what could not be looked up is told as not checked (status 2).
 audit: setup
