@@ -153,7 +153,8 @@ def halves_of(placements: Placements, largest: int) -> Generator[None, None, Hal
     hold fewer pieces than the plane may carry and `complete` is False.
     """
     most = placements.most
-    by_position = max(_many(placements, parity, most) for parity in (0, 1))
+    # A single piece has no other half to be met with: by position, every two pieces would be paired in vain.
+    by_position = max(_many(placements, parity, most) for parity in (0, 1)) if most > 1 else math.inf
     if by_position < min(_many(placements, None, (most + 1) // 2), largest):
         split = yield from _by_position(placements, largest)
         if split is not None:
