@@ -115,6 +115,7 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "release_machine",
             "cancel_stop",
             "make_correction",
+            "teach_machine",
             "make_plan",
             "make_plan_again",
             "masses_off",

@@ -94,8 +94,10 @@ def bars(session: Session, lines: Sequence[BeforeAfter], preferences: Preference
 def front(plan: Plan, points: Sequence[FrontPoint], preferences: Preferences) -> Markup:
     """What each further piece brings."""
     limit = 1.0 if plan.request.objective == "residual_vibration" and plan.request.norm == "max" else None
-    chosen = len(plan.placements)
-    return to_svg(front_chart(points, plan.objective_unit, Reader(preferences), chosen=chosen, limit=limit))
+    reader, chosen = Reader(preferences), len(plan.placements)
+    shares = plan.request.objective == "residual_vibration" and plan.objective_unit == "1"
+    unit = reader.gettext("share of the limit") if shares else plan.objective_unit
+    return to_svg(front_chart(points, unit, reader, chosen=chosen, limit=limit))
 
 
 def dials(session: Session, scales: dict[str, float], preferences: Preferences) -> dict[str, tuple[Markup, Markup]]:

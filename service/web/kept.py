@@ -27,6 +27,7 @@ _ASKED = (
     (r"stops/\d+/cancel", N_("Back, nothing was changed")),
     (r"plans", N_("Find the best")),
     (r"box", N_("Use this box")),
+    (r"teach", N_("Teach the machine")),
     (r"close", N_("Close the session")),
 )
 _BY_FIELD = (
@@ -50,7 +51,12 @@ _TICKS = {
     "keep": N_("No, the earlier trial mass stays on"),
     "anyway": N_("Take it although it is not steady"),
 }
-_AIMS = {"best": N_("least vibration"), "fewest": N_("fewest pieces within the limits")}
+_MODES = {"best": N_("the best of all"), "fewest": N_("fewest pieces within the limits")}
+_AIMS = {
+    "residual_vibration": N_("least vibration"),
+    "components": N_("nearest to the masses needed"),
+    "bearing_force": N_("least force on the bearings"),
+}
 
 
 @dataclass(frozen=True)
@@ -116,6 +122,8 @@ def _field(page: Page, guide: Guide, name: str, text: str) -> KeptField | None:
     if name in ("plane", "blocked_plane"):
         return KeptField(page.text(N_("Plane")), text)
     if name == "mode":
+        return KeptField(page.text(N_("How many pieces")), page.text(_MODES.get(text, text)))
+    if name == "objective":
         return KeptField(page.text(N_("Aim")), page.text(_AIMS.get(text, text)))
     return KeptField(page.text(N_("Box")), _box(page, text)) if name == "catalogue_id" else None
 

@@ -25,6 +25,8 @@ from service.web.rendering import Page
 OVER_SPEED = 1.02
 """Measured over service speed at most: the reading of a tachometer, not a licence to run faster."""
 MOST_BOXES = 200
+MOST_LEARNED = 50
+"""Sessions that taught a machine, looked through for the one that is shown."""
 RUN_STEPS = frozenset({"initial", "trial", "check"})
 """Steps that a run is taken in."""
 
@@ -177,9 +179,18 @@ def _plan(page: Page, guide: Guide) -> dict[str, Any]:
         "boxes": [] if guide.session.catalogue_id else catalogues.find(page.work, MOST_BOXES, 0),
         "correction": guide.correction,
         "expected": _of_alternatives(page, guide),
+        "objectives": _objectives(guide),
         "may_choose": not any(piece.may != "stay" for piece in guide.session.on_rotor),
         **drawn,
     }
+
+
+def _objectives(guide: Guide) -> list[str]:
+    """What a plan may aim at, the usual first: vibration needs coefficients, forces need places along the shaft."""
+    machine, correction = guide.session.machine, guide.correction
+    out = ["residual_vibration"] if correction is not None and correction.influence else []
+    placed = mapping.bearing_places(machine) is not None and mapping.plane_places(machine) is not None
+    return [*out, "components", *(["bearing_force"] if placed else [])]
 
 
 def _of_alternatives(page: Page, guide: Guide) -> tuple[Plan, ...]:
@@ -246,9 +257,18 @@ def _decide(page: Page, guide: Guide) -> dict[str, Any]:
     report = reports.report(page.work, guide.session.id)
     return {
         "report": report,
+        "taught": _taught(page, guide),
         "pictures": illustrations.bars(guide.session, report.before_after, page.preferences),
         "vectors": illustrations.vectors(guide.session, None, guide.fitted, page.preferences),
     }
+
+
+def _taught(page: Page, guide: Guide) -> bool | None:
+    """Whether the session has taught the machine its coefficients; None where it has no run to teach them by."""
+    if not any(run.masses for run in guide.used):
+        return None
+    learned = influence.history_of(page.work, guide.session.machine_id, MOST_LEARNED)
+    return any(one.session_id == guide.session.id for one in learned)
 
 
 def _entry(page: Page, guide: Guide) -> dict[str, Any]:

@@ -76,6 +76,7 @@ NOTHING_TYPED = {
     "/sessions/{begun}/stops": {"purpose": EMOJI, "plane": LONG, "alternative": "2,5"},
     "/sessions/{stopped}/stops/1/bare": {"differs": EMOJI},
     "/sessions/{fitting}/stops/7/cancel": {"number": EMOJI},
+    "/sessions/{empty}/teach": {"session_id": EMOJI},
     "/sessions/{empty}/close": {"stamp": EMOJI},
 }
 """Forms of buttons alone, with what no page sends."""
@@ -132,7 +133,7 @@ BAD = [
     *(("/sessions/{begun}/corrections", "masses[0].mass_g", text) for text in ("", "-1", *NUMBERS)),
     *(("/sessions/{begun}/corrections", "masses[1].angle_deg", text) for text in ("", TURNED, *NUMBERS)),
     *(("/sessions/{boxless}/box", "catalogue_id", text) for text in ("", EMOJI, LONG)),
-    *(("/sessions/{corrected}/plans", "mode", text) for text in (EMOJI, LONG)),
+    *(("/sessions/{corrected}/plans", name, text) for name in ("mode", "objective") for text in (EMOJI, LONG)),
     *(("/sessions/{corrected}/plans", "max_masses_per_plane", text) for text in (TURNED, "2,5", EMOJI)),
     *(("/sessions/{stopped}/stops/1/lock", name, "") for name in LOCKED),
     *(("/sessions/{bolted}/stops/1/release", name, "") for name in RELEASED),

@@ -24,6 +24,7 @@ TYPED: dict[str, dict[str, str]] = {
     "plans/x/again": {"blocked_plane": "1", "blocked_deg": "40"},
     "box": {"catalogue_id": "{box}"},
     "close": {},
+    "teach": {},
     "stops": {"purpose": "trial", "plane": "2"},
     "stops/x/lock": LOCKED,
     "stops/x/trial": {"masses.mass_g": "52,5", "masses.angle_deg": "40", "keep": "yes"},

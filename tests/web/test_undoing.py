@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.api.workshop import Workshop
+from tests.api.workshop import Workshop, on_rotor
 
 HTML = {"accept": "text/html"}
 LOCKED = {"standstill": "yes", "key_out": "yes", "blocked": "yes"}
@@ -89,3 +89,39 @@ def test_the_prediction_follows_what_was_really_fitted(planned: tuple[Workshop, 
     page = shop.client.get(f"/sessions/{session}/step/fit", headers=HTML).text
     assert amplitudes(page) != planned_for
     assert f"{plan['placements'][0]['mass_g'] + 3.5:g}" in page
+
+
+def test_a_session_teaches_its_machine_once_and_the_next_needs_no_trial_run(shop: Workshop) -> None:
+    machine, box = shop.machine(), shop.box()
+    session = shop.session(machine, box)
+    shop.learn(session)
+    plan = shop.fit(shop.plan(session, shop.correct(session)))
+    shop.run(session, "check", on_rotor(plan["fitted"]))
+    page = shop.client.get(f"/sessions/{session}", headers=HTML).text
+    assert "Teach the machine" in page
+    page = send(shop, session, "teach").text
+    assert "The machine has learned from this session" in page
+    assert send(shop, session, "teach").status_code == 409
+    described = shop.client.get(f"/machines/{machine}", headers=HTML).text
+    assert "What the machine taught" in described
+    assert "0.0140 <small>17°</small>" in described
+    assert "mm/s rms for each g" in described
+    after = shop.session(machine, box)
+    shop.run(after, "initial")
+    assert "Use what the machine taught" in shop.client.get(f"/sessions/{after}", headers=HTML).text
+    assert "What the drum needs" in send(shop, after, "corrections", source="saved_influence").text
+
+
+@pytest.mark.parametrize(
+    ("objective", "unit"), [("residual_vibration", "1"), ("components", "g.mm"), ("bearing_force", "1")]
+)
+def test_a_plan_aims_at_what_was_chosen(shop: Workshop, objective: str, unit: str) -> None:
+    session = shop.session()
+    shop.learn(session)
+    shop.correct(session)
+    page = shop.client.get(f"/sessions/{session}/step/plan", headers=HTML).text
+    assert f'name="objective" value="{objective}"' in page
+    page = send(shop, session, "plans", objective=objective, mode="best", max_masses_per_plane="1").text
+    assert "The best choice from the box" in page
+    plan = shop.get(f"/sessions/{session}")["plans"][-1]
+    assert (plan["request"]["objective"], plan["objective_unit"]) == (objective, unit)

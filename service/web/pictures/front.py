@@ -15,8 +15,8 @@ def front_chart(
 ) -> Picture:
     """Draw the best objective against the number of pieces; points without a selection are left out.
 
-    unit: the plan's `objective_unit`, for the axis. chosen: the number of pieces of the plan, ringed. A point that is
-    proved is full, one that is not is hollow.
+    unit: the plan's `objective_unit`, or words for it, for the axis. chosen: the number of pieces of the plan, ringed.
+    A point that is proved is full, one that is not is hollow.
     """
     _ = reader.gettext
     title = _("What each further mass brings")
@@ -26,7 +26,7 @@ def front_chart(
         items: tuple[Item, ...] = (Words((20.0, 20.0), title, "pic-title", "start", 17.0),)
         return Picture(WIDTH, 60.0, title, words, (*items, Words((20.0, 46.0), words, "pic-words", "start", 15.0)))
     chart = Chart(min(p[0] for p in known), max(p[0] for p in known), max(max(p[1] for p in known), limit or 0.0))
-    upwards = f"{_('left over')}, {_('share of the limit') if unit == '1' else unit}"
+    upwards = _("left over") + ("" if unit == "1" else f", {unit}")
     drawn = chart.frame(reader, title, upwards, _("masses in the drum"))
     if limit is not None:
         drawn += chart.line_at(limit, _("limit: %(value)s") % {"value": reader.number(limit)})

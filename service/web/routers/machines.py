@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from db.documents.base import read_json, to_plain, write_json
 from db.documents.machine import Machine, StoredMachine
 from service.errors import DrumtrueError
-from service.usecases import machines, sessions
+from service.usecases import influence, machines, sessions
 from service.usecases.mapping import Channel, bearing_places, limit_of
 from service.web import machine_forms, trends
 from service.web.doing import done
@@ -65,6 +65,7 @@ def machine_page(page: PageDep, machine_id: Key) -> HTMLResponse:
         sessions=found,
         trends=trends.of_machine(page, machine),
         detections=machine_forms.DETECTIONS,
+        learned=next(iter(influence.history_of(page.work, machine_id, 1)), None),
         limits={one.name: limit_of(machine, Channel(one, machine.service_speed_rpm)) for one in machine.sensors},
         places=bearing_places(machine),
         stated=machine_forms.stated_bearings(machine),

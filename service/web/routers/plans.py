@@ -9,11 +9,12 @@ from fastapi import APIRouter, Path
 from fastapi.responses import HTMLResponse, Response
 
 from db.documents.correction import CorrectionRequest, CorrectionSource
+from db.documents.influence import LearnRequest
 from db.documents.machine import CataloguePatch, Pieces
 from db.documents.plan import BlockedPosition, Mode, ObjectiveName, PlanRequest
 from db.documents.run import MassOnRotor
 from service.errors import DrumtrueError, NotFound
-from service.usecases import catalogues, corrections, plans
+from service.usecases import catalogues, corrections, influence, plans
 from service.usecases.work import Work
 from service.web import illustrations, steps
 from service.web.doing import done_in, done_on
@@ -61,6 +62,21 @@ def make_correction(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response
         return done_in(page, guide, typed, compute)
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error)
+
+
+@router.post("/teach")
+def teach_machine(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
+    """Keep the coefficients of the session's runs with the machine: next time the run as found may be enough."""
+    session = guide.session
+
+    def teach(work: Work) -> str:
+        influence.learn_from(work, session.machine_id, LearnRequest(session_id=session.id))
+        return f"/sessions/{session.id}"
+
+    try:
+        return done_in(page, guide, typed, teach)
+    except DrumtrueError as error:
+        return steps.refused(page, guide, Form(typed, page.language), error)
 
 
 @router.post("/plans")

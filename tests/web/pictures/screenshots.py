@@ -61,7 +61,7 @@ def drawn(shop: Workshop, session: Session) -> list[Markup]:
     ]
     report = reports.report(shop.work, session.id)
     chosen = len(plan.placements)
-    chart = front.front_chart(plans.front(shop.work, plan.id), plan.objective_unit, reader, chosen=chosen)
+    chart = front.front_chart(plans.front(shop.work, plan.id), "share of the limit", reader, chosen=chosen)
     return [to_svg(one) for one in (*views, *plots, bars.before_after(machine, report.before_after, reader), chart)]
 
 
