@@ -13,6 +13,7 @@ from db import migrate
 from db.database import Database
 from service.errors import Conflict, InvalidInput, Unavailable
 from service.settings import Settings
+from service.usecases.turns import Turns
 from service.usecases.work import Work
 
 
@@ -126,4 +127,5 @@ def _answering(settings: Settings) -> Iterator[None]:
 
 def build_work(settings: Settings, *, create: bool = True) -> Work:
     """Everything the use cases need. create: an SQLite file that is not there becomes a new one."""
-    return Work(database=open_database(settings, create=create), max_readings=settings.max_readings)
+    database = open_database(settings, create=create)
+    return Work(database=database, max_readings=settings.max_readings, turns=Turns(settings.solves))

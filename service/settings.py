@@ -20,7 +20,8 @@ class Settings:
     database_url: SQLAlchemy address; SQLite file or PostgreSQL (`postgresql+psycopg://...`). max_body_bytes: longest
     request body. max_readings: longest list of readings in one request. loopback: the service listens on an address
     of this machine alone, and answers without a token until one is created. trusted_proxies: addresses and networks,
-    with commas between, whose X-Forwarded-For and X-Forwarded-Proto are believed; none if empty.
+    with commas between, whose X-Forwarded-For and X-Forwarded-Proto are believed; none if empty. solves: selections
+    that are computed at once; None: one a core. retain_days: raw readings are rolled up after so many; None: never.
     """
 
     database_url: str = f"sqlite:///{DEFAULT_DATABASE}"
@@ -28,6 +29,8 @@ class Settings:
     max_readings: int = 10_000
     loopback: bool = False
     trusted_proxies: str = ""
+    solves: int | None = None
+    retain_days: int | None = None
 
     @property
     def shown(self) -> str:

@@ -17,6 +17,9 @@ from db.rows import BalancerAnswerRow, ReadingFindingsRow, ReadingMinuteRow, Rea
 _LOOKUP_CHUNK = 400
 """Numbers in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
 
+_ROLLING = 7_325_119
+"""Advisory lock of PostgreSQL under which readings are rolled up."""
+
 
 class Readings(Queries):
     """What sources say, as it arrives and as it grows old."""
@@ -154,7 +157,19 @@ class Readings(Queries):
     # ------------------------------------------------------------ raw readings that grow old
     def sources_of_readings(self) -> Sequence[str]:
         """Names of all sources that raw readings are stored of."""
-        return self._session.scalars(select(ReadingRow.source).distinct()).all()
+        found: list[str] = []
+        query = select(ReadingRow.source).order_by(ReadingRow.source).limit(1)
+        name = self._session.scalar(query)
+        # From one name to the next by the index: there are few sources, and many readings.
+        while name is not None:
+            found.append(name)
+            name = self._session.scalar(query.where(ReadingRow.source > name))
+        return found
+
+    def roll_up_alone(self) -> None:
+        """Wait for others that roll up, until the unit of work ends: each reading is to go into one row only."""
+        if self._session.get_bind().dialect.name == "postgresql":  # SQLite has one writer at a time anyhow
+            self._session.execute(select(func.pg_advisory_xact_lock(_ROLLING)))
 
     def oldest_reading(self, source: str) -> datetime | None:
         """When the oldest raw reading of a source was taken."""

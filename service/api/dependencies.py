@@ -48,6 +48,7 @@ def errors(*statuses: int) -> dict[int | str, dict[str, Any]]:
         412: "The session or plan was changed since: `current` is what it is now.",
         413: "The body or a list in it is too long.",
         415: "The body is not declared as JSON.",
+        503: "Too many selections are being computed: `Retry-After` says how many seconds to wait.",
         422: "A value breaks a rule: `field`, `value` and `detail` say which.",
     }
     return {status: {"model": Problem, "description": words[status]} for status in (*statuses, 413, 415, 422)}

@@ -86,11 +86,15 @@ def _describe_inherited(schemas: dict[str, Any]) -> None:
                         own[name].setdefault("description", entry["description"])
 
 
+def _is_problem(content: dict[str, Any]) -> bool:
+    return content.get("schema") == {"$ref": "#/components/schemas/Problem"}
+
+
 def _finish(operation: dict[str, Any]) -> None:
     example = examples().get(operation["operationId"], {})
     for status, response in operation["responses"].items():
         content = response.get("content", {})
-        if status.startswith("4") and "application/json" in content:
+        if _is_problem(content.get("application/json", {})):
             content[MEDIA_TYPE] = content.pop("application/json")
         elif status.startswith("2") and "response" in example:
             for shown in content.values():

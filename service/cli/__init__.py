@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -83,9 +84,20 @@ def serve(
     ] = "text",
     spool: canbus.SpoolFile = None,
     max_spool_mb: canbus.SpoolSize = 256,
+    solves: Annotated[
+        int | None,
+        typer.Option(min=1, envvar="DRUMTRUE_SOLVES", help="Selections computed at once; default: one a core."),
+    ] = None,
+    retain_days: Annotated[
+        int | None,
+        typer.Option(
+            min=1, envvar="DRUMTRUE_RETAIN_DAYS", help="Roll up raw readings older than this, daily; default: never."
+        ),
+    ] = None,
 ) -> None:
     """Serve the API; an empty or older SQLite file is migrated first. With --can, read a balancer's bus as well."""
     from service.cli.serving import serve_until_stopped
+    from service.settings import Settings
 
     ear = None
     if can:
@@ -96,7 +108,11 @@ def serve(
         ear = Ear(bus, source, spool, max_spool_mb * 1024 * 1024)
     if log_format not in ("text", "json"):
         raise typer.BadParameter(f"{log_format!r} is no format; use text or json", param_hint="--log-format")
-    serve_until_stopped(host, port, database_url, ear, trust_proxy, log_format)
+    settings = Settings.from_environment(database_url=database_url)
+    settings = replace(settings, solves=solves, retain_days=retain_days)
+    if trust_proxy is not None:
+        settings = replace(settings, trusted_proxies=trust_proxy)
+    serve_until_stopped(host, port, settings, ear, log_format)
 
 
 @app.command()

@@ -7,7 +7,7 @@ import signal
 import socket
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,8 @@ from service import bootstrap
 from service.api.guard import is_loopback
 from service.app import create_app
 from service.cli.logs import log_as_json
+from service.cli.refusing import ProblemProtocol
+from service.cli.rolling import rolling_up
 from service.errors import Conflict
 from service.settings import Settings
 from service.usecases import tokens
@@ -32,19 +34,15 @@ GRACE_S = 3
 def serve_until_stopped(
     host: str,
     port: int,
-    database_url: str | None,
+    settings: Settings,
     ear: Ear | None = None,
-    trusted_proxies: str | None = None,
     log_format: str = "text",
 ) -> None:
-    """Listen until SIGINT or SIGTERM, on a CAN bus too if one is named.
+    """Listen until SIGINT or SIGTERM, on a CAN bus too if one is named, and roll up old readings if they grow old.
 
     Raises Conflict for an address that is taken, a schema out of date, or an address beyond this machine without a
     token, `BusUnavailable` for a bus that cannot be had.
     """
-    settings, as_json = Settings.from_environment(database_url=database_url), log_format == "json"
-    if trusted_proxies is not None:
-        settings = replace(settings, trusted_proxies=trusted_proxies)
     # uvicorn hands the signal on once it has stopped; by default that would end the process before its blocks end.
     signal.signal(signal.SIGTERM, _end)
     with _listening(host, port) as listener, _working(settings) as work:
@@ -52,13 +50,18 @@ def serve_until_stopped(
         settings = replace(settings, loopback=is_loopback(address[0]))
         _require_tokens(work, settings, address[0])
         print(f"Drumtrue on http://{address[0]}:{address[1]} (API document: /docs), sessions in {settings.shown}")
-        if ear is None:
-            _server(settings, "info", work, as_json=as_json).run(sockets=[listener])
-            return
-        from service.cli.listening import listening
+        server = _server(settings, "info", work, as_json=log_format == "json")
+        with _heard(work, ear), rolling_up(work, settings.retain_days):
+            server.run(sockets=[listener])
 
-        with listening(work, ear):
-            _server(settings, "info", work, as_json=as_json).run(sockets=[listener])
+
+def _heard(work: Work, ear: Ear | None) -> AbstractContextManager[None]:
+    """A bus that is listened to, if one is named."""
+    if ear is None:
+        return nullcontext()
+    from service.cli.listening import listening
+
+    return listening(work, ear)
 
 
 def _require_tokens(work: Work, settings: Settings, address: str) -> None:
@@ -111,6 +114,7 @@ def _server(settings: Settings, log_level: str, work: Work, *, as_json: bool = F
     server = uvicorn.Server(
         uvicorn.Config(
             app,
+            http=ProblemProtocol,
             log_level=log_level,
             access_log=False,
             log_config=None if as_json else uvicorn.config.LOGGING_CONFIG,

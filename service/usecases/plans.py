@@ -36,7 +36,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
     """Choose stock masses and positions for a correction; infeasible is an answer.
 
     The selection is solved between two units of work, so that nobody waits for it. Raises InvalidInput, NotFound,
-    OutOfOrder, or Conflict for a correction that is out of date.
+    OutOfOrder, Conflict for a correction that is out of date, or Unavailable where too many are being solved.
     """
     with work.read() as store:
         session = require(store, SessionRow, session_id)
@@ -51,15 +51,16 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
                 value=request.correction_id,
                 advice="ask for corrections again, then plan with the new one",
             )
-    plan = solve_plan(
-        ground,
-        request,
-        number=0,
-        key=work.new_id(),
-        session_id=session_id,
-        at=work.now(),
-        monotonic=work.monotonic,
-    )
+    with work.turns.turn():
+        plan = solve_plan(
+            ground,
+            request,
+            number=0,
+            key=work.new_id(),
+            session_id=session_id,
+            at=work.now(),
+            monotonic=work.monotonic,
+        )
     work.meters.solved(request.method, plan.status, plan.seconds)
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
@@ -84,7 +85,8 @@ def front(work: Work, plan_id: str) -> tuple[FrontPoint, ...]:
     As far as one more mass makes it better. Raises NotFound, or Conflict where that box is not known.
     """
     plan, ground, its_box = _solved(work, plan_id)
-    return offers.front_of(ground, plan.request, its_box, work.monotonic)
+    with work.turns.turn():
+        return offers.front_of(ground, plan.request, its_box, work.monotonic)
 
 
 def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
@@ -93,7 +95,8 @@ def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
     Raises NotFound, InvalidInput, or Conflict as `front`.
     """
     plan, ground, its_box = _solved(work, plan_id)
-    return offers.what_if(ground, plan, request, its_box, work.monotonic)
+    with work.turns.turn():
+        return offers.what_if(ground, plan, request, its_box, work.monotonic)
 
 
 def expected(work: Work, plan_id: str, selections: Sequence[tuple[Placement, ...]]) -> tuple[Plan, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -32,10 +32,11 @@ class Retained:
     """Rows that hold what is left of them."""
 
 
-def retain(work: Work, days: int) -> Retained:
+def retain(work: Work, days: int, stopped: Callable[[], bool] = lambda: False) -> Retained:
     """Roll up raw readings taken more than `days` days ago: per source, machine, sensor and minute one row.
 
-    Each row holds their count, mean vector, scatter, speed and broadband value. Raises InvalidInput for no days.
+    Each row holds their count, mean vector, scatter, speed and broadband value. stopped: asked after each hour of
+    readings whether to leave the rest for the next time. Raises InvalidInput for no days.
     """
     if days < 1:
         raise InvalidInput("raw readings are kept a day at least", field="days", value=days, advice="state 1 or more")
@@ -44,8 +45,9 @@ def retain(work: Work, days: int) -> Retained:
         sources = store.sources_of_readings()
     removed = minutes = 0
     for source in sources:
-        while True:
+        while not stopped():
             with work.write() as store:
+                store.roll_up_alone()
                 first = store.oldest_reading(source)
                 if first is None or first >= before:
                     break

@@ -16,6 +16,7 @@ from db.store import Store
 from service.errors import NotFound
 from service.usecases.meters import Meters
 from service.usecases.together import Together
+from service.usecases.turns import Turns
 
 Row = TypeVar("Row", bound=Base)
 
@@ -34,7 +35,7 @@ def new_id() -> str:
 class Work:
     """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: a token's name, or local.
 
-    together: small batches of readings that come at the same time share a unit of work.
+    together: small batches of readings that come at the same time share a unit of work. turns: to compute a selection.
     """
 
     database: Database
@@ -45,6 +46,7 @@ class Work:
     actor: str = "local"
     meters: Meters = field(default_factory=Meters)
     together: Together[Any, Any] = field(default_factory=Together)
+    turns: Turns = field(default_factory=Turns)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
     """A unit of work under way that `write` joins: whoever began it ends it."""
     seen: int | None = None

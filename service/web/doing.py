@@ -102,6 +102,16 @@ def require_fresh(page: Page, guide: Guide, typed: dict[str, str]) -> None:
     raise Done(page, once.answer(page.work, key, asked, stale).body)
 
 
+def again(page: Page, typed: Mapping[str, str], busy: errors.Unavailable) -> HTMLResponse:
+    """A page that says that the service is busy, and sends the same form again by itself after a while."""
+    seconds = busy.retry_after_s or 1
+    answer = page.render(
+        "again.html", status=busy.status, detail=page.words(busy.message), seconds=seconds, typed=typed
+    )
+    answer.headers["retry-after"] = str(seconds)
+    return answer
+
+
 def _name(page: Page, typed: Mapping[str, str]) -> tuple[str, str]:
     """Key of what is asked for, and its digest; with other fields it is another form."""
     fields = sorted((name, text) for name, text in typed.items() if name not in _OF_THE_PAGE)

@@ -85,7 +85,7 @@ def error_page(request: Request, error: Exception) -> Response:
         status, onward = 404, MISSING[name]
     told = error if isinstance(error, DrumtrueError) and onward is None else None
     page = Page(request)
-    return page.render(
+    answer = page.render(
         "problem.html",
         status=status,
         title=TITLES.get(status, UNKNOWN) if onward is None else onward.title,
@@ -94,6 +94,11 @@ def error_page(request: Request, error: Exception) -> Response:
         or (None if told is not None else ADVICE.get(status, UNKNOWN_ADVICE)),
         onward=None if onward is None else (onward.path.format_map(_Known(request.path_params)), onward.name),
     )
+    if told is not None and told.retry_after_s is not None:
+        answer.headers["retry-after"] = str(told.retry_after_s)
+        if status == 503 and request.method == "GET":
+            answer.headers["refresh"] = str(told.retry_after_s)  # the page asks again by itself
+    return answer
 
 
 class _Known(dict[str, str]):

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import httpx2
 import pytest
@@ -49,6 +52,14 @@ def served(url: str, log: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
         process.communicate()
 
 
+def said_to(address: str, request: bytes) -> bytes:
+    """All that is answered to bytes, until the service hangs up."""
+    parts = urlsplit(address)
+    with socket.create_connection((parts.hostname or "", parts.port or 0), timeout=30) as link:
+        link.sendall(request)
+        return b"".join(iter(lambda: link.recv(4096), b""))
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_serve_answers_and_stops_when_told(tmp_path: Path, number: signal.Signals) -> None:
     log = tmp_path / "errors"
@@ -57,6 +68,11 @@ def test_serve_answers_and_stops_when_told(tmp_path: Path, number: signal.Signal
         with httpx2.Client(timeout=30) as client:
             health = client.get(f"{address}/health")
             assert (health.status_code, health.json()["status"]) == (200, "ok")
+            refused = said_to(address, b"GET /health HTTP/1.1\r\nhost: a\r\ncontent-length: abc\r\n\r\n")
+            assert refused.startswith(b"HTTP/1.1 400 Bad Request\r\n")
+            head, _, body = refused.partition(b"\r\n\r\n")
+            assert b"content-type: application/problem+json" in head
+            assert json.loads(body)["code"] == "bad_request"
             process.send_signal(number)  # while the client keeps its connection
             process.wait(timeout=BOUND_S)
         # uvicorn stops in order and then lets the signal do its work.

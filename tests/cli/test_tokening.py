@@ -94,11 +94,11 @@ def test_beyond_this_machine_it_starts_only_with_a_token(url: str, monkeypatch: 
 
     monkeypatch.setattr("service.cli.serving._server", server)
     with pytest.raises(Conflict, match="no token was created") as refused:
-        serve_until_stopped("0.0.0.0", 0, url)
+        serve_until_stopped("0.0.0.0", 0, Settings(database_url=url))
     assert "drumtrue token create" in (refused.value.advice or "")
     assert started == []
     token = ran("token", "create", "tablet", "--scope", "read", "--quiet", "--database-url", url).strip()
-    serve_until_stopped("0.0.0.0", 0, url)
+    serve_until_stopped("0.0.0.0", 0, Settings(database_url=url))
     assert not started[0].loopback
     with TestClient(create_app(started[0])) as client:
         assert client.get("/health").status_code == 200

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from sqlalchemy import Connection, event
 
+from service.usecases.retaining import retain
 from tests.api.record_examples import block
 from tests.api.test_readings import answer, arrival, at
 from tests.api.workshop import Workshop
@@ -88,7 +89,11 @@ def the_whole_day(shop: Workshop) -> None:
     for path in (f"/sessions?machine_id={machine}", "/sessions", "/sessions?state=open", "/machines", "/catalogues"):
         shop.get(path)
     shop.get(f"/catalogues/{box}")
+    shop.get(f"/machines/{machine}/influence")
     shop.get("/health")
+    assert "drumtrue_source_lag_seconds{" in shop.client.get("/metrics").text
+    shop.now.clock.advance(400 * 86_400.0)
+    assert retain(shop.work, 30).readings > 0
 
 
 def test_no_table_is_read_from_end_to_end(shop: Workshop) -> None:

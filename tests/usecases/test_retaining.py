@@ -63,7 +63,9 @@ def test_young_readings_stay_and_again_changes_nothing(shop: Workshop, machine: 
     assert retain(shop.work, 100_000).readings == 0
     assert shop.count("reading") == 6
     later(shop, 400)
-    retain(shop.work, 30)
+    assert retain(shop.work, 30, lambda: True).readings == 0
+    assert shop.count("reading") == 6
+    assert retain(shop.work, 30).readings == 6
     assert retain(shop.work, 30).readings == 0
     assert len(minutes(shop)) == 4
 

@@ -58,6 +58,7 @@ TOLD = (
     "service/usecases/stops.py",
     "service/usecases/taking.py",
     "service/usecases/tokens.py",
+    "service/usecases/turns.py",
     "service/usecases/work.py",
     "service/web/form_tokens.py",
     "service/web/routers/login.py",

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from threading import Barrier
 from typing import Any
 
 import pytest
 
 from service.usecases import once
+from service.usecases.turns import Turns
 from tests.api.workshop import Workshop, application, tablet
 
 HTML = {"accept": "text/html"}
@@ -99,3 +101,23 @@ def test_a_machine_and_a_session_sent_twice_are_one(shop: Workshop) -> None:
     sent = [shop.client.post("/sessions/new", data=form, headers=HTML, follow_redirects=False) for _ in range(2)]
     assert sent[0].headers["location"] == sent[1].headers["location"]
     assert len(shop.get("/sessions")) == 1
+
+
+def test_a_plan_that_is_asked_for_while_too_many_are_computed_is_asked_for_again(shop: Workshop) -> None:
+    session, turns = shop.session(), Turns(1, wait_s=0.0)
+    application().state.work = replace(shop.work, turns=turns)
+    shop.learn(session)
+    shop.correct(session)
+    form = {**hidden(shop, f"/sessions/{session}/step/plan"), "objective": "components"}
+    path = f"/sessions/{session}/plans"
+    with turns.turn():
+        busy = shop.client.post(path, data=form, headers=HTML)
+    assert (busy.status_code, busy.headers["retry-after"]) == (503, "2")
+    assert f'<form method="post" action="{path}" data-again-s="2">' in busy.text
+    typed = dict(re.findall(r'<input type="hidden" name="([\w.]+)" value="(\w*)">', busy.text))
+    assert typed.items() >= form.items()
+    assert shop.client.post(path, data=typed, headers=HTML, follow_redirects=False).status_code == 303
+    (plan,) = shop.get(f"/sessions/{session}")["plans"]
+    with turns.turn():
+        front = shop.client.get(f"{path}/{plan['id']}/front", headers=HTML)
+    assert (front.status_code, front.headers["refresh"]) == (503, "2")

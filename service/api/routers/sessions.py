@@ -118,7 +118,7 @@ def add_correction(work: SeenDep, session_id: Key, correction: CorrectionRequest
     return corrections.add(work, session_id, correction)
 
 
-@router.post("/sessions/{session_id}/plans", status_code=201, tags=["plans"], responses=errors(404, 409, 412))
+@router.post("/sessions/{session_id}/plans", status_code=201, tags=["plans"], responses=errors(404, 409, 412, 503))
 def add_plan(work: SeenDep, session_id: Key, plan: PlanRequest) -> Plan:
     """Choose which stock masses go into which holes; an infeasible problem is answered with its reason.
 
@@ -134,7 +134,7 @@ def get_plan(work: WorkDep, plan_id: Key) -> Plan:
     return plans.get(work, plan_id)
 
 
-@router.get("/plans/{plan_id}/front", tags=["plans"], responses=errors(404, 409))
+@router.get("/plans/{plan_id}/front", tags=["plans"], responses=errors(404, 409, 503))
 def get_front(work: WorkDep, plan_id: Key) -> tuple[FrontPoint, ...]:
     """The best selection for each number of masses, as far as one more makes it better.
 
@@ -144,7 +144,7 @@ def get_front(work: WorkDep, plan_id: Key) -> tuple[FrontPoint, ...]:
     return plans.front(work, plan_id)
 
 
-@router.post("/plans/{plan_id}/what-if", tags=["plans"], responses=errors(404, 409))
+@router.post("/plans/{plan_id}/what-if", tags=["plans"], responses=errors(404, 409, 503))
 def ask_what_if(work: WorkDep, plan_id: Key, what_if: WhatIfRequest) -> WhatIf:
     """The plan with pieces missing or bought, or holes blocked; nothing is stored.
 

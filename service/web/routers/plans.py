@@ -13,11 +13,11 @@ from db.documents.influence import LearnRequest
 from db.documents.machine import CataloguePatch, Pieces
 from db.documents.plan import BlockedPosition, Mode, ObjectiveName, PlanRequest
 from db.documents.run import MassOnRotor
-from service.errors import DrumtrueError, NotFound
+from service.errors import DrumtrueError, NotFound, Unavailable
 from service.usecases import catalogues, corrections, influence, plans
 from service.usecases.work import Work
 from service.web import illustrations, steps
-from service.web.doing import done_in, done_on
+from service.web.doing import again, done_in, done_on
 from service.web.forms import Form, TypedDep
 from service.web.guide import Guide, look
 from service.web.rendering import Page, PageDep
@@ -149,6 +149,8 @@ def _proposed(page: Page, guide: Guide, typed: dict[str, str], form: Form, reque
     try:
         # Others measure while it is solved: the session is looked at before and after, and not held meanwhile.
         return done_on(page, guide, typed, propose)
+    except Unavailable as busy:
+        return again(page, typed, busy)
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error, "plan")
 

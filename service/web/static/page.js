@@ -5,6 +5,10 @@ for (const time of document.querySelectorAll("time[datetime]")) {
   if (!Number.isNaN(moment.valueOf())) time.textContent = moment.toLocaleString(document.documentElement.lang, form);
 }
 
+// What the server was too busy for is sent again by itself, under the key of its form: it is done once.
+const again = document.querySelector("form[data-again-s]");
+if (again) setTimeout(() => again.requestSubmit(), 1000 * Number(again.dataset.againS));
+
 const state = document.querySelector(".link-state");
 function showLink() {
   state.hidden = navigator.onLine;
