@@ -15,13 +15,14 @@ from fastapi import Depends, Request
 from service.errors import DrumtrueError
 from service.web import numbers
 from service.web.language import N_, translations
-from service.web.units import Unit
+from service.web.units import DEGREES, Unit
 from service.web.wording import words
 
 MOST_FIELDS = 4000
 LONGEST = 20_000
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 _APART = re.compile(r"[\t\n\r]")
+_WITH_UNIT = re.compile(r"(.*\d[.,]?)\s*([^\d\s.,][^\d.,]{0,11}(?:-?[12])?)")
 AS_TYPED = Unit("", 1.0)
 
 
@@ -91,12 +92,21 @@ class Form:
         unit: Unit = AS_TYPED,
         required: bool = True,
     ) -> float | None:
-        """A number in the stored unit; limits are stored ones too. None where it is empty or wrong."""
+        """A number in the stored unit, typed in `unit` or with a unit of its own; limits are stored ones too.
+
+        None where it is empty or wrong.
+        """
         typed = self.values.get(name, "")
         if not typed.strip() and not required:
             return None
+        figure, sign = _parted(typed) if unit.others else (typed, "")
+        size = unit.size_of(sign) if sign else unit.size
+        if size is None:
+            known = ", ".join(dict.fromkeys(one for one, _ in ((unit.sign, 1.0), *unit.others)))
+            self.wrong(name, N_("“%(sign)s” is no unit for this field. It takes: %(known)s."), sign=sign, known=known)
+            return None
         try:
-            value = unit.store(numbers.read(typed, self.language))
+            value = size * numbers.read(figure, self.language)
         except numbers.NotANumber as wrong:
             self.wrong(name, str(wrong))
             return None
@@ -116,7 +126,7 @@ class Form:
 
     def angle(self, name: str, *, required: bool = True) -> float | None:
         """An angle or a phase in degrees: any within a turn either way."""
-        return self.number(name, low=-360.0, high=360.0, required=required)
+        return self.number(name, low=-360.0, high=360.0, unit=DEGREES, required=required)
 
     def whole(self, name: str, *, low: int, high: int, required: bool = True) -> int | None:
         """A whole number. None where it is empty or wrong."""
@@ -150,6 +160,12 @@ async def typed_fields(request: Request) -> dict[str, str]:
 
 
 TypedDep = Annotated[dict[str, str], Depends(typed_fields)]
+
+
+def _parted(typed: str) -> tuple[str, str]:
+    """A number and the sign of the unit behind it, empty where there is none."""
+    found = _WITH_UNIT.fullmatch(typed.strip())
+    return (found[1], found[2]) if found else (typed, "")
 
 
 def _sentence(text: str) -> str:

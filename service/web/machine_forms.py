@@ -10,6 +10,7 @@ from service.web import numbers
 from service.web.forms import Form
 from service.web.language import N_
 from service.web.rendering import Page
+from service.web.units import KILOGRAMS, NEWTONS, TURNS
 
 MOST_PLANES, MOST_SENSORS = 8, 16
 UNITS = {
@@ -82,8 +83,8 @@ def resized(form: Form) -> bool:
 def read(page: Page, form: Form, before: Machine | None = None) -> Machine | None:
     """The machine that was typed; None where a field is wrong. What the form does not show stays as it was before."""
     name = form.text("name", required=True)
-    speed = form.number("service_speed_rpm", above=0.0, high=1e6)
-    mass = form.number("rotor_mass_kg", above=0.0, high=1e6, required=False)
+    speed = form.number("service_speed_rpm", above=0.0, high=1e6, unit=TURNS)
+    mass = form.number("rotor_mass_kg", above=0.0, high=1e6, unit=KILOGRAMS, required=False)
     grade = form.number("balance_grade_mm_s", above=0.0, high=1e5, required=False)
     limit = form.number("vibration_limit_mm_s", above=0.0, high=1e5, required=False)
     kind, side = form.text("type"), form.text("seen_from")
@@ -134,7 +135,7 @@ def _plane(page: Page, form: Form, index: int, machine: Machine | None) -> Plane
     positions = _positions(form, where)
     per_hole = form.whole(f"{where}.masses_per_position", low=1, high=20)
     most = form.whole(f"{where}.max_masses", low=1, high=20)
-    force = form.number(f"{where}.max_force_n", above=0.0, high=1e7, required=False)
+    force = form.number(f"{where}.max_force_n", above=0.0, high=1e7, unit=NEWTONS, required=False)
     labels = _labels(form, where)
     if not form.ok or name is None or radius is None or per_hole is None or most is None:
         return None

@@ -9,6 +9,7 @@ import pytest
 from db.documents.machine import Sensor
 from service.web import units
 from service.web.display import Display
+from service.web.forms import Form
 from service.web.preferences import CHOICES, Preferences
 
 INCHES = Preferences(mass="oz", length="in", velocity="in/s", detection="peak")
@@ -48,3 +49,43 @@ def test_numbers_carry_their_unit_in_the_language_of_the_reader() -> None:
     assert shown.angle(359.9) == "0°"
     assert shown.mass(None) == "\N{EM DASH}"
     assert Display(INCHES).mass(28.349523125) == "1\N{NARROW NO-BREAK SPACE}oz"
+
+
+P = Sensor(name="P")
+
+
+@pytest.mark.parametrize(
+    ("unit", "typed", "stored"),
+    [
+        (units.mass(Preferences()), "12 oz", 340.194),
+        (units.mass(Preferences()), "12", 12.0),
+        (units.mass(INCHES), "12", 340.194),
+        (units.mass(INCHES), "12g", 12.0),
+        (units.mass(INCHES), "0.5 KG", 500.0),
+        (units.length(Preferences()), "0.5 in", 12.7),
+        (units.length(Preferences()), '-0.5"', -12.7),
+        (units.length(INCHES), "330 mm", 330.0),
+        (units.amplitude(P, Preferences()), "0.1 in/s", 2.54),
+        (units.amplitude(P, Preferences()), "0.1 in/s pk", 1.79605),
+        (units.amplitude(P, INCHES), "2.54 mm/s\N{NARROW NO-BREAK SPACE}rms", 2.54),
+        (units.amplitude(Sensor(name="P", quantity="displacement", unit="um"), Preferences()), "1 mil", 25.4),
+        (units.amplitude(Sensor(name="P", quantity="displacement", unit="mil"), Preferences()), "25.4 µm", 1.0),
+        (units.amplitude(Sensor(name="P", quantity="acceleration", unit="m/s2"), Preferences()), "1 m/s²", 1.0),
+        (units.DEGREES, "40°", 40.0),
+        (units.TURNS, "7.5 Hz", 450.0),
+        (units.TURNS, "450 min-1", 450.0),
+        (units.KILOGRAMS, "0.12 t", 120.0),
+        (units.NEWTONS, "1.2 kN", 1200.0),
+    ],
+)
+def test_a_unit_that_is_typed_is_meant(unit: units.Unit, typed: str, stored: float) -> None:
+    form = Form({"x": typed})
+    assert form.number("x", unit=unit) == pytest.approx(stored, rel=1e-5)
+    assert form.ok
+
+
+@pytest.mark.parametrize("typed", ["12 mm", "12 🙂", "12 oz g", "oz", "12 oz 3", "1e5", "12 <b>", "12" + " x" * 900])
+def test_a_unit_of_another_kind_is_refused_and_what_fits_is_told(typed: str) -> None:
+    form = Form({"x": typed}, "de")
+    assert form.number("x", unit=units.mass(Preferences())) is None
+    assert ("g, kg, oz, lb" in (form.error("x") or "")) == (typed in ("12 mm", "12 🙂", "12 oz g", "12 <b>"))

@@ -18,6 +18,7 @@ from service.web.guide import Guide, look
 from service.web.language import N_
 from service.web.rendering import Page, PageDep
 from service.web.routers.guiding import GuideDep, Key
+from service.web.units import TURNS
 
 router = APIRouter(prefix="/sessions/{session_id}/runs")
 
@@ -32,7 +33,7 @@ def type_run(page: PageDep, session_id: Key, typed: TypedDep) -> Response:
     guide = look(page.work, session_id)
     form = Form(typed, page.language)
     machine = guide.session.machine
-    speed = form.number("speed_rpm", low=1.0, high=1e6, required=False)
+    speed = form.number("speed_rpm", low=1.0, high=1e6, unit=TURNS, required=False)
     if speed is not None and speed > steps.OVER_SPEED * machine.service_speed_rpm:
         form.wrong("speed_rpm", TOO_FAST, **_speeds(page, guide, speed))
     readings = [_reading(page, guide, form, index, speed) for index in range(len(machine.sensors))]
