@@ -1,21 +1,20 @@
 """Frames to readings: strict about identifier, length, range, sequence and age; what is refused is counted, not raised.
 
-cantools takes over-long frames and values outside [min|max] without a word, and does not tell standard from extended
-identifiers when it looks one up: those checks are here.
+cantools takes over-long frames and values outside [min|max] without a word: those checks are here.
 """
 
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from cantools.database import DecodeError
-from cantools.database.can import Message, Signal
+from cantools.database.can import Signal
 
-from drivers.can_mapping import CanMapping, Field, SensorMap
+from drivers.can_mapping import CanMapping, SensorMap
+from drivers.can_plans import NODE_MASK, PAIRED, SPEED, Counted, MessagePlan, plans_of
 
 REASONS = (
     "foreign",
@@ -32,17 +31,9 @@ REASONS = (
 FD frame. doubled: its counter is that of the frame before. late: its counter is behind. not_valid: the balancer says
 itself that the amplitude does not hold. unpaired: amplitude without phase, or phase without amplitude, of one round."""
 
-NODE_MASK = 0x03FFFF00
-"""Of a J1939 identifier: all but priority and source address."""
 LONGEST_UNREAD_S = 600.0
-LEAST_PERIODS = 8
 MOST = 1e9
 """Highest amplitude, overall value and speed of a reading."""
-_FLOAT_MAX = sys.float_info.max
-
-
-SPEED = ("", "speed")
-PAIRED = ("amplitude", "phase")
 
 
 @dataclass(slots=True)
@@ -67,52 +58,6 @@ class Masses:
     masses: tuple[tuple[str, float, float], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Counted:
-    """Last count of a message's counter, when it came, and the seconds from one frame to the next (None: unknown)."""
-
-    count: int
-    at: float
-    period_s: float | None
-
-
-@dataclass(slots=True)
-class _Signal:
-    """Where a mapped signal goes."""
-
-    slot: tuple[str, str]
-    name: str
-    factor: float
-    valid: str | None
-
-
-@dataclass(slots=True)
-class _Plan:
-    """All that is done with the frames of one message."""
-
-    message: Message
-    decode: Callable[..., Any]
-    length: int
-    bounds: tuple[tuple[str, float, float, str | None], ...]
-    counter: str | None
-    modulus: int
-    signals: tuple[_Signal, ...]
-    sensors: tuple[SensorMap, ...]
-    planes: bool
-    alive: bool
-    status: Signal | None
-    last_count: int | None = None
-    last_at: float = -math.inf
-    late_count: int | None = None
-    first_at: float = 0.0
-    counted: int = 0
-    before: Counted | None = None
-
-    def period_s(self) -> float | None:
-        """Seconds from one frame to the next, since the counter runs without a break."""
-        return (self.last_at - self.first_at) / self.counted if self.counted >= LEAST_PERIODS else None
-
-
 class FrameDecoder:
     """Decodes the frames of one balancer. `at` is any time in seconds that runs evenly; only differences count."""
 
@@ -127,7 +72,7 @@ class FrameDecoder:
         """Of the lost frames, those that came while nothing read the bus, as far as counters and times can tell."""
         self.status: str | None = None
         self.heard_at = -math.inf
-        self._plans = {self._key(message): self._plan(message) for message in mapping.messages()}
+        self._plans = plans_of(mapping)
         self._values: dict[tuple[str, str], tuple[float | None, float]] = {}
         self._lost: dict[str, int] = {}
         self._answer: float | None = None
@@ -186,13 +131,7 @@ class FrameDecoder:
             return (identifier & NODE_MASK if mine else -1, True)
         return (identifier, extended)
 
-    def _key(self, message: Message) -> tuple[int, bool]:
-        extended = bool(message.is_extended_frame)
-        if extended and self.mapping.node is not None:
-            return (message.frame_id & NODE_MASK, True)
-        return (message.frame_id, extended)
-
-    def _counted(self, plan: _Plan, values: Mapping[str, Any], at: float) -> int | None:
+    def _counted(self, plan: MessagePlan, values: Mapping[str, Any], at: float) -> int | None:
         """How many frames were lost before this one; None for one that is not new."""
         if plan.counter is None:
             return 0
@@ -216,7 +155,7 @@ class FrameDecoder:
         self.lost_frames += behind - 1
         return behind - 1
 
-    def _since(self, before: Counted, plan: _Plan, count: int, at: float) -> int:
+    def _since(self, before: Counted, plan: MessagePlan, count: int, at: float) -> int:
         """Frames since the one noted before; whole turns of the counter are told by the time, where its step is known.
 
         After a long time nothing is said: the balancer may have been off as well.
@@ -230,7 +169,7 @@ class FrameDecoder:
         self.lost_unread += max(behind - 1, 0)
         return max(behind, 1)
 
-    def _take(self, plan: _Plan, values: Mapping[str, Any], at: float, lost: int) -> list[Vector | Masses]:
+    def _take(self, plan: MessagePlan, values: Mapping[str, Any], at: float, lost: int) -> list[Vector | Masses]:
         if plan.alive:
             self.heard_at = at
         if plan.status is not None and (state := values.get(plan.status.name)) is not None:
@@ -298,47 +237,6 @@ class FrameDecoder:
             return []
         self._answer = answer
         return [Masses(tuple(masses))]
-
-    # ------------------------------------------------------------ plans
-    def _plan(self, message: Message) -> _Plan:
-        mapping, name = self.mapping, message.name
-        counter = next((s for s in message.signals if s.name == mapping.counter), None)
-        signals = tuple(self._signals_of(name))
-        state = mapping.status
-        return _Plan(
-            message=message,
-            decode=message.decode,
-            length=message.length,
-            bounds=tuple(_bound(one, message) for one in signals),
-            counter=None if counter is None else counter.name,
-            modulus=1 if counter is None else 1 << counter.length,
-            signals=signals,
-            sensors=tuple(s for s in mapping.sensors if name in (s.amplitude.message, s.phase and s.phase.message)),
-            planes=any(name in (p.mass.message, p.angle.message, p.number.message) for p in mapping.corrections),
-            alive=mapping.heartbeat in (None, name),
-            status=message.get_signal_by_name(state.signal) if state is not None and state.message == name else None,
-        )
-
-    def _signals_of(self, message: str) -> list[_Signal]:
-        wanted: list[tuple[tuple[str, str], Field | None]] = [(SPEED, self.mapping.speed)]
-        for sensor in self.mapping.sensors:
-            wanted += [((sensor.name, key), getattr(sensor, key)) for key in ("overall", *PAIRED)]
-        for plane in self.mapping.corrections:
-            wanted += [((plane.plane, key), getattr(plane, key)) for key in ("mass", "angle", "number")]
-        return [
-            _Signal(slot, field.signal, field.factor, field.valid)
-            for slot, field in wanted
-            if field is not None and field.message == message
-        ]
-
-
-def _bound(mapped: _Signal, message: Message) -> tuple[str, float, float, str | None]:
-    """Range of a mapped signal's value as the DBC states it, half a step wide at each end for rounding."""
-    signal = message.get_signal_by_name(mapped.name)
-    slack = 0.5 * abs(float(signal.scale))
-    low = -_FLOAT_MAX if signal.minimum is None else float(signal.minimum) - slack
-    high = _FLOAT_MAX if signal.maximum is None else float(signal.maximum) + slack
-    return (mapped.name, low, high, mapped.valid)
 
 
 def _state(signal: Signal, value: int) -> str:

@@ -9,9 +9,10 @@ from datetime import UTC, datetime, timedelta
 
 from drivers.base import BaseDriver
 from drivers.can_bus import BusAddress, bus_errors
-from drivers.can_decoder import Counted, FrameDecoder, Masses, Vector
+from drivers.can_decoder import FrameDecoder, Masses, Vector
 from drivers.can_frames import Frame, Frames, open_frames
 from drivers.can_mapping import CanMapping
+from drivers.can_plans import Counted
 from drivers.clock import Clock
 from drivers.reading import Answer, Counter, Mark, Reading
 

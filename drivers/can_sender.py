@@ -9,8 +9,8 @@ from cantools.database import EncodeError
 from cantools.database.can import Message
 
 from drivers.can_bus import BusAddress, bus_errors, open_bus
-from drivers.can_decoder import NODE_MASK
 from drivers.can_mapping import CanMapping, Field
+from drivers.can_plans import NODE_MASK
 from drivers.errors import InvalidSetting
 from drivers.reading import Answer, Reading
 
