@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -178,12 +179,19 @@ def matrices(rotor: Rotor, spin_rad_s: float) -> tuple[NDArray[np.float64], NDAr
     damping[3, 2] = -rotor.polar_inertia * spin_rad_s
     stiffness = np.zeros((4, 4))
     for bearing in rotor.bearings:
-        z = bearing.axial_mm / 1000.0
-        lever = np.array([[1.0, z], [z, z * z]])
-        support_stiffness, support_damping = bearing_matrices(bearing)
-        stiffness += np.kron(lever, support_stiffness)
-        damping += np.kron(lever, support_damping)
+        held, damped = _support(bearing)
+        stiffness += held
+        damping += damped
     return mass, damping, stiffness
+
+
+@lru_cache(maxsize=64)  # a drum turns for thousands of readings in the same bearings
+def _support(bearing: Bearing) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stiffness and damping (4, 4) that a bearing adds; not to be written to."""
+    z = bearing.axial_mm / 1000.0
+    lever = np.array([[1.0, z], [z, z * z]])
+    stiffness, damping = bearing_matrices(bearing)
+    return np.kron(lever, stiffness), np.kron(lever, damping)
 
 
 def bearing_matrices(bearing: Bearing) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

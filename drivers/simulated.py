@@ -241,8 +241,10 @@ class SimulatedDrum(BaseDriver):
         turn = math.radians(scatter.phase_deg * float(draws[1]))
         vector = sense(self._felt_by(sensor), motion) * run_factor * cmath.rect(gain, turn)
         vector += sensor.noise * complex(draws[2], draws[3])
-        pickup = self.spec.pickup_deg + faults.pickup_shift_deg
-        phase = stated_phase(replace(self.spec, pickup_deg=pickup), vector)
+        spec = self.spec
+        if faults.pickup_shift_deg:
+            spec = replace(spec, pickup_deg=spec.pickup_deg + faults.pickup_shift_deg)
+        phase = stated_phase(spec, vector)
         if faults.wrong_phase_sense:
             phase = (360.0 - phase) % 360.0
         signal = _Signal(abs(vector), phase, overall_rms(sensor, abs(vector)))
