@@ -39,6 +39,7 @@ MACHINE = {
     "sensors[0].detection": "rms",
 }
 BOX = {"name": "Kasten", "rows": "6", "items[0].mass_g": "10", "items[0].count": "5"}
+AS_FOUND = {"machine_id": "{machine}", "known": "yes", "on_rotor[0].place": "0 20", "on_rotor[0].mass_g": "10"}
 RUN = {"readings[0].amplitude": "3,11", "readings[0].phase_deg": "40"}
 BALANCER = {"source": "balancer", "masses[0].mass_g": "100", "masses[0].angle_deg": "40"} | {
     "masses[1].mass_g": "100",
@@ -51,7 +52,12 @@ FORMS: dict[str, dict[str, str]] = {
     "/boxes/{box}": {"counted[0]": "3"},
     "/sources": {"name": "drum", "machine_id": "{machine}"},
     "/login": {"token": ""},
-    "/sessions/new": {"machine_id": "{machine}"},
+    "/sessions/new": {
+        "machine_id": "{machine}",
+        "known": "yes",
+        "on_rotor[0].place": "0 20",
+        "on_rotor[0].mass_g": "10",
+    },
     "/sessions/{empty}/runs": RUN,
     "/sessions/{begun}/corrections": BALANCER,
     "/sessions/{boxless}/box": {"catalogue_id": "{box}"},
@@ -127,6 +133,11 @@ BAD = [
     *(("/sessions/new", "catalogue_id", text) for text in (EMOJI, LONG)),
     *(("/sessions/new", "machine_id", text) for text in ("", EMOJI, LONG)),
     *(("/sessions/new", name, text) for name in ("technician", "note") for text in WORDS),
+    *(("/sessions/new", "on_rotor[0].place", text) for text in ("", EMOJI, "9 20")),
+    *(("/sessions/new", "on_rotor[0].mass_g", text) for text in ("", "0", *NUMBERS)),
+    *(("/sessions/new", "on_rotor[0].may", text) for text in (EMOJI,)),
+    *(("/sessions/new", "run_out[0].amplitude", text) for text in ("-1", *NUMBERS)),
+    *(("/sessions/new", "run_out[1].phase_deg", text) for text in (TURNED, *NUMBERS)),
     *(("/sessions/{empty}/runs", "readings[0].amplitude", text) for text in ("", "-1", *NUMBERS)),
     *(("/sessions/{empty}/runs", "readings[0].phase_deg", text) for text in (TURNED, *NUMBERS)),
     *(("/sessions/{empty}/runs", "speed_rpm", text) for text in ("9000", *NUMBERS)),

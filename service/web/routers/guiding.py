@@ -7,14 +7,17 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path
 from fastapi.responses import HTMLResponse, Response
 
-from db.documents.session import SessionPatch, SessionRequest
+from db.documents.machine import StoredMachine
+from db.documents.run import RunOut
+from db.documents.session import AsFoundPiece, SessionPatch, SessionRequest
 from service.errors import DrumtrueError
 from service.usecases import catalogues, machines, sessions
 from service.usecases.work import Work
-from service.web import steps
+from service.web import as_found, steps
 from service.web.doing import done, done_in, require_fresh
 from service.web.forms import Form, TypedDep
 from service.web.guide import STEPS, Guide, look
+from service.web.language import N_
 from service.web.rendering import Page, PageDep
 
 router = APIRouter(prefix="/sessions")
@@ -41,12 +44,19 @@ def new_session(page: PageDep, machine: str = "") -> HTMLResponse:
 
 @router.post("/new")
 def begin_session(page: PageDep, typed: TypedDep) -> Response:
-    """Open a session on a machine."""
+    """Open a session on a machine, or show the form with what may be known of its drum."""
     form = Form(typed, page.language)
-    machine = form.text("machine_id", required=True)
+    listed = form.text("machine_id", required=True)
+    machine = next((one for one in _machines(page) if one.id == listed), None)
+    if form.value("more"):
+        form.values["known"] = "yes" if machine is not None else ""
+        return _opening(page, form, 200 if form.ok else 422)
     box, technician, note = form.text("catalogue_id"), form.text("technician"), form.text("note", most=2000)
-    if form.ok and machine is not None:
-        request = SessionRequest(machine_id=machine, catalogue_id=box, technician=technician, note=note)
+    found, run_out = _known(page, form, machine)
+    if form.ok and listed is not None:
+        request = SessionRequest(
+            machine_id=listed, catalogue_id=box, technician=technician, note=note, on_rotor=found, run_out=run_out
+        )
         try:
             return done(page, typed, lambda work: f"/sessions/{sessions.open_on(work, request).id}")
         except DrumtrueError as error:
@@ -54,13 +64,36 @@ def begin_session(page: PageDep, typed: TypedDep) -> Response:
     return _opening(page, form, 422)
 
 
+def _machines(page: Page) -> tuple[StoredMachine, ...]:
+    return machines.find(page.work, MOST_LISTED, 0)
+
+
+def _known(
+    page: Page, form: Form, machine: StoredMachine | None
+) -> tuple[tuple[AsFoundPiece, ...], tuple[RunOut, ...]]:
+    """Pieces and run-out, where the form asks for them: of the machine that it showed them for."""
+    if not form.ticked("known") or machine is None:
+        return (), ()
+    if form.value("known_of") not in ("", machine.id):
+        form.wrong("machine_id", N_("The pieces and the run-out were typed for another machine."))
+        return (), ()
+    return as_found.read_pieces(page, form, machine), as_found.read_run_out(page, form, machine)
+
+
 def _opening(page: Page, form: Form, status: int = 200) -> HTMLResponse:
+    found = _machines(page)
+    machine = next((one for one in found if one.id == form.value("machine_id")), None)
+    known = machine if form.ticked("known") else None
     return page.render(
         "session_new.html",
         status=status,
         form=form,
-        machines=machines.find(page.work, MOST_LISTED, 0),
+        machines=found,
         boxes=catalogues.find(page.work, MOST_LISTED, 0),
+        known=known,
+        places=[] if known is None else as_found.places(page, known),
+        may=as_found.MAY,
+        pieces=as_found.PIECES,
     )
 
 

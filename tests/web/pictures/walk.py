@@ -196,6 +196,10 @@ class Walk:
         for name, path in pages.items():
             tablet.open(path)
             shown(name)
+        tablet.open("/sessions/new")
+        tablet.press("Pieces on the drum, run-out")
+        tablet.heading("Which machine?")
+        shown("session-new-known")
         tablet.context.add_cookies(
             [{"name": "drumtrue_preferences", "value": GERMAN_DARK + "&mass=oz&length=in", "url": tablet.address}]
         )
