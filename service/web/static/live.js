@@ -14,6 +14,9 @@ export function follow(session) {
   });
   setInterval(() => Date.now() - heard > SILENT_MS && livePanel() && stale(livePanel(), livePanel().dataset.lostText), 500);
   addEventListener("pagehide", () => stream.close());
+  // What this tablet asked for leads on by itself: the news of it must not get in between.
+  addEventListener("submit", () => { document.body.dataset.sending = "yes"; });
+  addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
 }
 
 // Looked up each time: a form that is refused brings another page into this one.
