@@ -38,7 +38,9 @@ infeasible      why no selection meets a limit
 record          the best selections so far, and how equals are told apart
 opened          the problem without planes that take nothing
 reach           how far a plane's masses can reach
+bounds          the continuous optimum, a lower bound
 region          where every better selection must lie
+first_level     how high the exact search begins
 neighbours      pairs of near points in the plane
 sums            vector sums of one plane near a point
 joint           lists of single planes combined under the shared box

@@ -11,21 +11,25 @@ import math
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from itertools import count
+from typing import TypeVar, cast
 
 import numpy as np
 
+from service.balancing.bounds import Bounds, bounds_of
 from service.balancing.checks import validate
 from service.balancing.descent import descend
+from service.balancing.first_level import first_level
 from service.balancing.joint import PlaneList, combine, combine_up_to
 from service.balancing.objectives import evaluate
 from service.balancing.opened import Opened, opened
 from service.balancing.placements import Selection, effective_g, result_of, slots, vectors_of
 from service.balancing.record import TIE, Entry, Record
-from service.balancing.region import Bounds, Ellipsoid, bounds_of, ellipsoid
+from service.balancing.region import Ellipsoid, ellipsoid
 from service.balancing.selection import UNLIMITED, SelectionProblem, SelectionResult, Status
 from service.balancing.sums import Halves, Sums, halves_of, near, placements_of
 
 Stop = Callable[[], bool]
+Made = TypeVar("Made")
 
 LARGEST_HALF = 5_000_000
 """Halves that one plane may list: 200 MB."""
@@ -49,8 +53,6 @@ AT_ONCE = 1e5
 """Joint selections that are looked at in one level."""
 STEP = 2.0
 """Growth of the level over the continuous bound from one level to the next."""
-EXPECTED = 4.0
-"""Joint selections that the first level is sized to hold."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +182,7 @@ def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[Exac
     if math.prod(half.selections for half in halves) <= AT_ONCE:
         level = highest
     else:
-        level = yield from _first_level(search, bounds, halves, highest)
+        level = yield from _meanwhile(search, first_level(bounds, halves, highest))
         if bounds.dual is not None:
             level = min(level, bounds.floor + CAUTION * (highest - bounds.floor))
     for number in count():
@@ -220,14 +222,18 @@ def _halves(search: _Search, rung: int | None) -> Generator[ExactState, None, li
             halves.append(halves[same])
             continue
         building = halves_of(placements_of(plane, problem.stock, min(limits, default=None)), LARGEST_HALF)
-        while True:
-            try:
-                next(building)
-            except StopIteration as done:
-                halves.append(done.value)
-                break
-            yield search.state()
+        halves.append((yield from _meanwhile(search, building)))
     return halves
+
+
+def _meanwhile(search: _Search, steps: Generator[None, None, Made]) -> Generator[ExactState, None, Made]:
+    """Result of `steps` that find no selection: the state stays as it is between them."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as done:
+            return cast(Made, done.value)
+        yield search.state()
 
 
 def _search_level(
@@ -275,40 +281,6 @@ def _shadow(region: Ellipsoid, p: int) -> tuple[complex, tuple[complex, complex]
     turn = np.linalg.cholesky(np.linalg.inv(np.linalg.inv(region.form)[own, own])).T
     x, y = complex(turn[0, 0], turn[1, 0]), complex(turn[0, 1], turn[1, 1])
     return complex(*region.centre[own]), ((x - 1j * y) / 2.0, (x + 1j * y) / 2.0)
-
-
-def _first_level(
-    search: _Search, bounds: Bounds, halves: list[Halves], highest: float
-) -> Generator[ExactState, None, float]:
-    """Level whose ellipsoid should hold a few joint selections, from the density of sums at the continuous optimum."""
-    density = 0.0
-    for half, u in zip(halves, bounds.continuous, strict=True):
-        density += math.log(max(_density(half, u), 1e-9))
-    above, too_low = max(highest - bounds.floor, 0.0), 0.0
-    while above > 1.5 * too_low:
-        middle = math.sqrt(above * too_low) if too_low > 0.0 else above / 4.0
-        region = ellipsoid(bounds, bounds.floor + middle)
-        yield search.state()
-        if region is None or density + _log_volume(region) < math.log(EXPECTED):
-            too_low = middle
-        else:
-            above = middle
-        if above < 1e-12 * highest:
-            break
-    return bounds.floor + above
-
-
-def _density(half: Halves, centre: complex) -> float:
-    """Estimate selections per g^2 near `centre`, the sums taken as normally distributed."""
-    parts = [v[:: 1 + len(v) // 100_000] for v in (half.first.vector, half.second.vector)]
-    mean = sum(complex(v.mean()) for v in parts)
-    spread = sum(float(v.real.var() + v.imag.var()) / 2.0 for v in parts) + 1e-6
-    return half.selections / (2.0 * math.pi * spread) * math.exp(-min(abs(centre - mean) ** 2 / (2.0 * spread), 12.0))
-
-
-def _log_volume(region: Ellipsoid) -> float:
-    n = len(region.centre)
-    return n / 2.0 * math.log(math.pi) - math.lgamma(n / 2.0 + 1.0) - 0.5 * float(np.linalg.slogdet(region.form)[1])
 
 
 def solve_exact(

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from service.balancing.bounds import bounds_of
 from service.balancing.exact import Stop, last_state, search_exact, solve_exact
 from service.balancing.phasors import ComplexArray
 from service.balancing.placements import effective_g, slots
-from service.balancing.region import bounds_of
 from service.balancing.selection import UNLIMITED, SelectionPlane, SelectionProblem, SelectionResult, Stock
 
 SAME = 1e-9
