@@ -33,7 +33,7 @@ class Columns:
         columns = np.floor((points.real - low.real) / self._width)
         key = columns * self._stride + (points.imag - low.imag)
         self._order = np.argsort(key, kind="stable")
-        self._key = key[self._order]
+        self._key = np.append(key[self._order], np.inf)  # an end that every window stops at
         self._last = float(columns.max()) if len(points) else -1.0
 
     def pairs(self, queries: ComplexArray, radii: FloatArray) -> Iterator[tuple[IntArray, IntArray]]:
@@ -71,7 +71,9 @@ class Columns:
         query = np.repeat(np.arange(len(queries)), columns)
         step = np.arange(len(query)) - np.repeat(np.cumsum(columns) - columns, columns)
         base = (first[query] + step) * self._stride
-        low = np.searchsorted(self._key, base + np.maximum(y[query] - radii[query], -0.25 * self._stride), side="left")
-        high = np.searchsorted(self._key, base + np.minimum(y[query] + radii[query], 0.5 * self._stride), side="right")
-        some = high > low
-        return query[some], low[some], high[some]
+        at, reach = y[query], radii[query]
+        low = self._key.searchsorted(base + np.maximum(at - reach, -0.25 * self._stride), side="left")
+        upper = base + np.minimum(at + reach, 0.5 * self._stride)
+        # Most windows of a small radius are empty: their upper end need not be looked for.
+        some = np.flatnonzero(self._key[low] <= upper)
+        return query[some], low[some], self._key.searchsorted(upper[some], side="right")
