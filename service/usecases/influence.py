@@ -66,6 +66,12 @@ def history_of(work: Work, machine_id: str, limit: int, offset: int = 0) -> tupl
         return tuple(row.learned for row in store.influences(machine_id, limit, offset))
 
 
+def has_taught(work: Work, session_id: str) -> bool:
+    """Whether a machine has learned its coefficients from this session."""
+    with work.read() as store:
+        return store.influence_of(session_id) is not None
+
+
 def typical_of(work: Work, machine_type: str) -> TypicalInfluence:
     """Statistics over the machines of a type. Raises NotFound where fewer than two of them have coefficients alike."""
     with work.read() as store:

@@ -25,8 +25,6 @@ from service.web.rendering import Page
 OVER_SPEED = 1.02
 """Measured over service speed at most: the reading of a tachometer, not a licence to run faster."""
 MOST_BOXES = 200
-MOST_LEARNED = 50
-"""Sessions that taught a machine, looked through for the one that is shown."""
 RUN_STEPS = frozenset({"initial", "trial", "check"})
 """Steps that a run is taken in."""
 
@@ -267,8 +265,7 @@ def _taught(page: Page, guide: Guide) -> bool | None:
     """Whether the session has taught the machine its coefficients; None where it has no run to teach them by."""
     if not any(run.masses for run in guide.used):
         return None
-    learned = influence.history_of(page.work, guide.session.machine_id, MOST_LEARNED)
-    return any(one.session_id == guide.session.id for one in learned)
+    return influence.has_taught(page.work, guide.session.id)
 
 
 def _entry(page: Page, guide: Guide) -> dict[str, Any]:
