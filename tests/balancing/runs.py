@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 
-from service.balancing.fit import RunSet
+from service.balancing.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.phasors import ComplexArray, FloatArray
 
 
@@ -27,6 +30,32 @@ def measured(
         vibration = vibration + scatter * normal(rng, *vibration.shape)
     known = np.full(vibration.shape, scatter if stated and scatter > 0.0 else np.nan)
     return RunSet(masses, vibration, known)
+
+
+def fits_of_repeated(
+    influence: ComplexArray,
+    initial: ComplexArray,
+    masses: ComplexArray,
+    rng: np.random.Generator,
+    scatter: float,
+    times: int,
+    stated: bool = True,
+) -> Iterator[InfluenceFit]:
+    """A fit of each of so many repetitions of the same runs, scattered anew.
+
+    Every sensor is fitted by itself, so the repetitions are fitted in one call, as sensors of one rotor.
+    """
+    sensors = len(initial)
+    runs = measured(np.tile(influence, (times, 1)), np.tile(initial, times), masses, rng, scatter, stated)
+    whole = fit_influence(runs)
+    for start in range(0, times * sensors, sensors):
+        mine = slice(start, start + sensors)
+        by_sensor = ("influence", "initial", "covariance", "dof", "scatter_dof", "chi_square")
+        yield replace(
+            whole,
+            **{name: getattr(whole, name)[mine] for name in by_sensor},
+            **{name: getattr(whole, name)[:, mine] for name in ("residuals", "leverage")},
+        )
 
 
 def trial_plan(masses: ComplexArray | FloatArray) -> ComplexArray:

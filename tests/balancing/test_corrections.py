@@ -11,7 +11,7 @@ from service.balancing.corrections import Wishes, least_squares, minimax
 from service.balancing.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
-from tests.balancing.runs import measured, normal, trial_plan
+from tests.balancing.runs import fits_of_repeated, measured, normal, trial_plan
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -55,9 +55,7 @@ def test_covariance_matches_repeated_experiments(sensors: int, extra: int) -> No
     masses = np.vstack([trial_plan(np.array([60.0, 60.0j])), normal(rng, extra, 2) * 40.0])
     w = rng.uniform(0.5, 2.0, sensors)
     truth = fit_influence(measured(A, v0, masses, scatter=0.01))
-    answers = np.array(
-        [least_squares(fit_influence(measured(A, v0, masses, rng, 0.01)), w).masses for _ in range(4000)]
-    )
+    answers = np.array([least_squares(fit, w).masses for fit in fits_of_repeated(A, v0, masses, rng, 0.01, 4000)])
     observed = np.cov(interleaved(answers).T)
     stated = least_squares(truth, w).covariance
     scale = np.sqrt(np.outer(observed.diagonal(), observed.diagonal()))
@@ -166,7 +164,7 @@ def test_covariance_of_a_damped_and_restricted_correction_matches_repeated_exper
     wishes = Wishes(damping=0.3, planes=(0, 2), held=np.array([9.0, 0.4j, 9.0]))
     truth = least_squares(fit_influence(measured(A, v0, masses, scatter=0.01)), None, wishes)
     answers = np.array(
-        [least_squares(fit_influence(measured(A, v0, masses, rng, 0.01)), None, wishes).masses for _ in range(3000)]
+        [least_squares(fit, None, wishes).masses for fit in fits_of_repeated(A, v0, masses, rng, 0.01, 3000)]
     )
     assert (answers[:, 1] == 0.4j).all()
     observed = np.cov(interleaved(answers).T)

@@ -7,11 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from service.balancing.corrections import least_squares
 from service.balancing.fit import KNOWN_SCATTER, RunSet, fit_influence, predict
 from service.balancing.labels import Labels
 from service.balancing.phasors import ComplexArray
 from service.errors import NumericsError
-from tests.balancing.runs import measured, normal, trial_plan
+from tests.balancing.runs import fits_of_repeated, measured, normal, trial_plan
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -76,11 +77,23 @@ def test_agrees_with_the_direct_two_plane_solution(seed: int) -> None:
     np.testing.assert_allclose(fit_influence(runs).influence, direct, atol=1e-10)
 
 
+def test_repetitions_fitted_together_are_those_fitted_one_by_one() -> None:
+    A, v0, masses = np.array([[0.1, 0.2j], [0.3j, 0.1]]), np.array([1.0, 2j]), trial_plan(np.array([40.0, 40.0j]))
+    several = list(fits_of_repeated(A, v0, masses, np.random.default_rng(5), 0.05, 3))
+    runs = measured(np.tile(A, (3, 1)), np.tile(v0, 3), masses, np.random.default_rng(5), 0.05)
+    for number, fit in enumerate(several):
+        mine = slice(2 * number, 2 * number + 2)
+        alone = fit_influence(RunSet(masses, runs.vibration[:, mine], runs.scatter[:, mine]))
+        np.testing.assert_allclose(fit.influence, alone.influence, rtol=1e-12)
+        np.testing.assert_allclose(fit.covariance, alone.covariance, rtol=1e-12)
+        np.testing.assert_allclose(least_squares(fit).masses, least_squares(alone).masses, rtol=1e-9)
+
+
 def test_covariance_matches_the_scatter_of_repeated_experiments() -> None:
     rng = np.random.default_rng(3)
     A, v0 = normal(rng, 1, 2) / 50.0, normal(rng, 1)
     masses = np.array([[0, 0], [40, 0], [40, 30j], [0, 30], [20, 20]], dtype=complex)
-    fits = [fit_influence(measured(A, v0, masses, rng, 0.05)) for _ in range(4000)]
+    fits = list(fits_of_repeated(A, v0, masses, rng, 0.05, 4000))
     errors = np.array([np.concatenate([f.initial - v0, f.influence[0] - A[0]]) for f in fits])
     observed = np.einsum("ni,nj->ij", errors, errors.conj()) / (2 * len(errors))
     scale = np.sqrt(np.outer(observed.diagonal().real, observed.diagonal().real))
@@ -92,7 +105,7 @@ def test_residual_variance_is_unbiased_where_no_scatter_is_stated() -> None:
     masses = np.vstack([trial_plan(np.array([40.0, 40.0])), [[30, 20], [10, 50]]]).astype(complex)
     A, v0 = normal(rng, 1, 2) / 50.0, normal(rng, 1)
     stated = fit_influence(measured(A, v0, masses, rng, 0.05)).covariance[0, 0, 0].real
-    fits = [fit_influence(measured(A, v0, masses, rng, 0.05, stated=False)) for _ in range(3000)]
+    fits = list(fits_of_repeated(A, v0, masses, rng, 0.05, 3000, stated=False))
     assert np.mean([f.covariance[0, 0, 0].real for f in fits]) == pytest.approx(stated, rel=0.06)
     assert fits[0].dof.tolist() == [4]
     assert fits[0].scatter_dof.tolist() == [4]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -44,8 +45,14 @@ def small() -> SelectionProblem:
     return SelectionProblem(objective, (plane(angles, 2, capacity=1), plane(angles, 2)), box)
 
 
+@cache
+def judged() -> list[tuple[float, int, float]]:
+    """Every selection of the small problem, best first."""
+    return every_selection(small())
+
+
 def test_the_k_best_are_the_k_best() -> None:
-    judge = every_selection(small())
+    judge = judged()
     found = best_selections(small(), 25)
     assert [r.value for r in found] == pytest.approx([value for value, _, _ in judge[:25]], rel=CLOSE)
     assert len({r.pieces for r in found}) == 25
@@ -54,13 +61,13 @@ def test_the_k_best_are_the_k_best() -> None:
 
 
 def test_asked_for_more_than_there_are_gives_all() -> None:
-    judge = every_selection(small())
+    judge = judged()
     found = best_selections(small(), len(judge) + 10)
     assert [r.value for r in found] == pytest.approx([value for value, _, _ in judge], rel=CLOSE)
 
 
 def test_the_front_is_the_best_for_each_number_of_pieces() -> None:
-    judge = every_selection(small())
+    judge = judged()
     points = list(front(small()))
     assert [p.pieces for p in points] == sorted({p.pieces for p in points})
     for point in points:
@@ -84,7 +91,7 @@ def test_the_front_ends_at_the_optimum_and_equals_brute_force(kind: str) -> None
 
 @pytest.mark.parametrize("part", [0.0, 0.1, 0.5, 1.0])
 def test_the_fewest_that_meet_a_limit(part: float) -> None:
-    judge = every_selection(small())
+    judge = judged()
     worst = judge[0][0] + part * (float(evaluate(small().objective, np.zeros(2, complex))) - judge[0][0])
     found = solve_fewest(small(), worst)
     needed = min(pieces for value, pieces, _ in judge if value <= worst * (1.0 + CLOSE))
@@ -95,7 +102,7 @@ def test_the_fewest_that_meet_a_limit(part: float) -> None:
 
 @pytest.mark.parametrize("slack", [0.0, 500.0, 2000.0, 6000.0])
 def test_within_a_slack_fewest_pieces_then_least_mass(slack: float) -> None:
-    judge = every_selection(small())
+    judge = judged()
     best = solve_exact(small())
     found = prefer(small(), best, slack)
     good = [(pieces, mass) for value, pieces, mass in judge if value <= best.value + slack + 1e-6]
@@ -179,7 +186,7 @@ class Ticks:
 
 def test_a_slack_without_time_to_use_it_says_so() -> None:
     """After however many steps it ends: proved is what equals the judge, the rest is told as open."""
-    judge, best, slack = every_selection(small()), solve_exact(small()), 6000.0
+    judge, best, slack = judged(), solve_exact(small()), 6000.0
     good = min((pieces, mass) for value, pieces, mass in judge if value <= best.value + slack + 1e-6)
     proved = set()
     for many in range(0, 120, 8):

@@ -6,6 +6,8 @@ another generator's stream, not for another algorithm.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,7 @@ from tests.optimize.design_problems import (
 NEAR = 1.001
 
 
+@cache
 def success(design: Design, members: int, generations: int, runs: int, rules: Rules = "improved") -> float:
     values = solve(design.problem, members, generations, seed=1, runs=runs, rules=rules).values
     assert values.min() >= design.optimum * (1.0 - 1e-8), "better than the proved optimum: the problem is wrong"
