@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: setup demo test check lint types layers unit audit fuzz chaos lock clean
+.PHONY: setup demo test check lint types layers unit audit fuzz chaos chaos-brief lock clean
 
 setup: $(STAMP)
 
@@ -45,6 +45,11 @@ audit: setup
 chaos: setup
 	$(BIN)/drumtrue chaos --kills 2 --others 1
 	$(BIN)/drumtrue chaos --kills 1 --others 1 --engine postgresql --replicas 2
+
+# The least of it, for every change: one kill and, where they can be done, a full disk and a clock set back.
+chaos-brief: setup
+	@start=$$(date +%s); $(BIN)/drumtrue chaos --kills 1 --others 1 --within 0.2 \
+	  && echo "make chaos-brief: $$(($$(date +%s) - start)) s"
 
 # The API document with many more requests than the suite tries: about 20 minutes.
 fuzz: setup
