@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import datetime
 from functools import cache
 from typing import Annotated, Any, TypeVar, cast, dataclass_transform
 
 from annotated_types import Ge, Le, Len
-from pydantic import ConfigDict, GetCoreSchemaHandler, StringConstraints, TypeAdapter
+from pydantic import AfterValidator, AwareDatetime, ConfigDict, GetCoreSchemaHandler, StringConstraints, TypeAdapter
 from pydantic_core import CoreSchema
 
 T = TypeVar("T")
@@ -50,6 +51,18 @@ Count = Annotated[int, Ge(1), Le(1_000_000)]
 Small = Annotated[int, Ge(1), Le(20)]
 Sequence = Annotated[int, Ge(0), Le(2**53 - 1)]
 Seed = Annotated[int, Ge(0), Le(2**53 - 1)]
+YEARS = range(1900, 9999)
+"""Times that can be written in any zone."""
+
+
+def _writable(moment: datetime) -> datetime:
+    if moment.year not in YEARS:
+        raise ValueError(f"the year must be within {YEARS.start} and {YEARS.stop - 1}")
+    return moment
+
+
+Moment = Annotated[AwareDatetime, AfterValidator(_writable)]
+"""A time with its zone, RFC 3339."""
 
 MAX_LIST = Len(0, 1000)
 """Longest list inside a document; bulk readings have their own limit."""

@@ -6,9 +6,21 @@ from datetime import datetime
 from typing import Annotated, Literal
 
 from annotated_types import Len
-from pydantic import AwareDatetime, Field
+from pydantic import Field
 
-from db.documents.base import MAX_LIST, AngleDeg, Finite, Name, NotNegative, Positive, Scatter, Sequence, Text, document
+from db.documents.base import (
+    MAX_LIST,
+    AngleDeg,
+    Finite,
+    Moment,
+    Name,
+    NotNegative,
+    Positive,
+    Scatter,
+    Sequence,
+    Text,
+    document,
+)
 from db.documents.diagnostic import Diagnostic
 from db.documents.findings import Findings
 
@@ -53,9 +65,9 @@ class Take:
 
     source: Name
     """The source that measured."""
-    since: Annotated[AwareDatetime, Field(alias="from")]
+    since: Annotated[Moment, Field(alias="from")]
     """First moment, RFC 3339."""
-    until: Annotated[AwareDatetime, Field(alias="to")]
+    until: Annotated[Moment, Field(alias="to")]
     """Last moment, RFC 3339."""
 
 
@@ -133,7 +145,7 @@ class BalancerAnswer:
     """The balancer."""
     sequence: Sequence
     """A number the source never uses twice."""
-    taken_at: AwareDatetime
+    taken_at: Moment
     """When, RFC 3339."""
     session_id: str | None = None
     """Session; without it the session open on the machine that the source is bound to."""

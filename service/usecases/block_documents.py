@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le, Len
-from pydantic import AwareDatetime
 
-from db.documents.base import Finite, Name, NotNegative, Positive, Sequence, document
+from db.documents.base import Finite, Moment, Name, NotNegative, Positive, Sequence, document
 from db.documents.findings import BearingDirections, Flag, NeighbourTone, OrderComponent
 from db.documents.machine import Quantity, Unit
 from drivers.signal.windows import Window
@@ -53,7 +52,7 @@ class RawBlock:
     """Who measured."""
     sequence: Sequence
     """Number of the first channel's reading; each further channel takes the next one."""
-    taken_at: AwareDatetime
+    taken_at: Moment
     """Time of the first sample, with its zone (RFC 3339)."""
     session_id: Name | None = None
     """Session; null for a source that is bound to a machine."""

@@ -9,6 +9,7 @@ from datetime import datetime
 
 from pydantic import ValidationError
 
+from db.documents.base import YEARS
 from db.documents.session import SessionLog, SessionRecord
 from service.errors import InvalidInput
 from service.usecases.rules import (
@@ -23,8 +24,6 @@ from service.usecases.rules import (
 
 KEY = re.compile(r"[0-9A-Za-z_.-]{1,32}")
 """As long as the columns that hold identifiers."""
-YEARS = range(1900, 9999)
-"""Times that can be written in any zone."""
 _CLOSED = "stated of a closed session, and of no other"
 _BOXES = "one of the boxes that the log holds"
 

@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import Any
 
 from db.bulk import NewReading
-from db.documents.base import document
+from db.documents.base import YEARS, document
 from db.documents.findings import Findings
 from db.documents.machine import Machine
 from db.documents.run import BalancerAnswer
@@ -276,6 +276,13 @@ def _row(targets: _Targets, reading: Reading, index: int) -> NewReading:
             field=f"[{index}].taken_at",
             value=reading.taken_at.isoformat(),
             advice="send the time as RFC 3339 with its zone, such as 2026-03-01T12:00:00Z",
+        )
+    if reading.taken_at.year not in YEARS:
+        raise InvalidInput(
+            f"the year {reading.taken_at.year} is not within {YEARS.start} and {YEARS.stop - 1}",
+            field=f"[{index}].taken_at",
+            value=reading.taken_at.isoformat(),
+            advice="set the clock of the source, and send the reading with the time it was taken at",
         )
     return NewReading(
         reading.source,

@@ -7,6 +7,7 @@ import math
 import re
 from string import Template
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
@@ -469,3 +470,19 @@ def test_a_query_parameter_that_an_operation_does_not_have_is_named(shared_shop:
             assert all(name in problem["advice"] for name in known), operation["operationId"]
             asked += 1
     assert asked > 40
+
+
+@pytest.mark.parametrize("moment", ["0001-01-01T00:00:00+23:00", "9999-12-31T23:59:59-23:00"])
+def test_a_time_that_another_zone_cannot_write_is_refused(shared_shop: Workshop, moment: str) -> None:
+    shop, run = shared_shop, {"kind": "initial", "take": {**TAKE, "to": moment}}
+    machine = shop.machine()
+    session = shop.session(machine)
+    shop.ask("PUT", "/sources/clockless", {"machine_id": machine})
+    for path, body in (
+        ("/readings", {**READING, "source": "clockless", "taken_at": moment}),
+        ("/balancer-answers", {**ANSWER, "source": "clockless", "taken_at": moment}),
+        (f"/sessions/{session}/runs", run),
+    ):
+        assert "year" in shop.refused("POST", path, body, 422, "invalid_input")["detail"]
+    query = f"from={quote(moment)}"
+    assert "year" in shop.refused("GET", f"/sources/clockless/readings?{query}", None, 422, "invalid_input")["detail"]

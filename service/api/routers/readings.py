@@ -6,9 +6,8 @@ from typing import Annotated
 
 from annotated_types import Len
 from fastapi import APIRouter, Path, Query
-from pydantic import AwareDatetime
 
-from db.documents.base import Name, document
+from db.documents.base import Moment, Name, document
 from db.documents.run import BalancerAnswer
 from drivers.reading import Reading
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
@@ -69,8 +68,8 @@ def bind_source(work: WorkDep, name: SourceName, binding: Binding) -> Source:
 def list_readings(
     work: WorkDep,
     name: SourceName,
-    since: Annotated[AwareDatetime | None, Query(alias="from", description="Taken then or later, RFC 3339.")] = None,
-    until: Annotated[AwareDatetime | None, Query(alias="to", description="Taken then or earlier, RFC 3339.")] = None,
+    since: Annotated[Moment | None, Query(alias="from", description="Taken then or later, RFC 3339.")] = None,
+    until: Annotated[Moment | None, Query(alias="to", description="Taken then or earlier, RFC 3339.")] = None,
     limit: Limit = 50,
     offset: Offset = 0,
 ) -> tuple[StoredReading, ...]:
