@@ -43,7 +43,7 @@ class Turns:
             finally:
                 self._queue.release()
         raise Unavailable(
-            f"{self.at_once} selections are being computed, and more wait than can be taken",
+            f"all turns to compute a selection are taken ({self.at_once})",
             code="too_many_solves",
             advice="nothing was computed or stored; ask again in a few seconds",
             retry_after_s=RETRY_AFTER_S,
