@@ -10,7 +10,9 @@ reach is the lower bound D.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from scipy.optimize import nnls
@@ -21,6 +23,8 @@ from service.balancing.selection import Objective, SelectionProblem
 
 WELL_CONDITIONED = 1e9
 REWEIGHTINGS = 120
+BETWEEN_STOPS = 24
+"""Reweightings between two moments at which to stop: some ten milliseconds."""
 SMOOTHING_STEP = 0.8
 SMALLEST_SMOOTHING = 1e-7
 SETTLED = 1e-6
@@ -54,6 +58,16 @@ class Bounds:
 
 def bounds_of(problem: SelectionProblem) -> Bounds:
     """Lower bound `floor` over everything that the planes can reach, and the `continuous` optimum (P,) in g."""
+    steps = bounding(problem)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as done:
+            return cast(Bounds, done.value)
+
+
+def bounding(problem: SelectionProblem) -> Generator[None, None, Bounds]:
+    """Find the same as `bounds_of`; yields now and then, for a stop."""
     reach = reach_of(problem)
     rows, offsets = _weighted_rows(problem.objective)
     unit = max(_greatest(problem.objective.norm, rows, offsets, reach), SMALLEST_UNIT)
@@ -64,7 +78,7 @@ def bounds_of(problem: SelectionProblem) -> Bounds:
         x = np.asarray(np.linalg.solve(flat, -shift), dtype=np.float64)
         if reach.contains(complex_of(x)):
             return Bounds(unit, 0.0, complex_of(x), reach, problem.objective.norm, rows, offsets, None)
-    x, dual, floor = _continuous_optimum(problem.objective.norm, rows, offsets, reach)
+    x, dual, floor = yield from _continuous_optimum(problem.objective.norm, rows, offsets, reach)
     return Bounds(unit, unit * floor, complex_of(x), reach, problem.objective.norm, rows, offsets, dual)
 
 
@@ -94,7 +108,7 @@ def _weighted_rows(objective: Objective) -> tuple[FloatArray, FloatArray]:
 
 def _continuous_optimum(
     norm: str, rows: FloatArray, offsets: FloatArray, reach: Reach
-) -> tuple[FloatArray, FloatArray, float]:
+) -> Generator[None, None, tuple[FloatArray, FloatArray, float]]:
     """Minimiser x, dual vector y (groups, k) and its bound, by reweighted least squares within the polygons."""
     weight = np.full(len(rows), 1.0 / len(rows))
     best = (np.inf, np.zeros(rows.shape[2]))
@@ -102,6 +116,8 @@ def _continuous_optimum(
     smoothing = 1.0
     cuts: list[FloatArray] = []
     for step in range(REWEIGHTINGS):
+        if step and step % BETWEEN_STOPS == 0:
+            yield
         x = _least_squares(weight, rows, offsets, reach, cuts)
         r = rows @ x + offsets
         length = np.sqrt((r**2).sum(axis=1))

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 from typing import TypeVar, cast
 
 import numpy as np
 
-from service.balancing.bounds import Bounds, bounds_of
+from service.balancing.bounds import Bounds, bounding, bounds_of
 from service.balancing.checks import validate
 from service.balancing.descent import descend
 from service.balancing.first_level import first_level
@@ -147,7 +148,9 @@ def search_exact(
     if not whole.problem.planes or most_pieces == 0:
         yield _Search(whole, 0.0, None, most_pieces, keep, good_enough).state(proved=True)
         return
-    bounds = bounds or bounds_of(whole.problem)
+    if bounds is None:
+        known = partial(_Search, whole, 0.0, start, most_pieces, keep, good_enough)
+        bounds = yield from _meanwhile(lambda: known().state(), bounding(whole.problem))
     whole = whole.thinned(MOST_PAIRS, start)
     search = _Search(whole, bounds.unit, start, most_pieces, keep, good_enough)
     search.floor = bounds.floor
@@ -182,7 +185,7 @@ def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[Exac
     if math.prod(half.selections for half in halves) <= AT_ONCE:
         level = highest
     else:
-        level = yield from _meanwhile(search, first_level(bounds, halves, highest))
+        level = yield from _meanwhile(search.state, first_level(bounds, halves, highest))
         if bounds.dual is not None:
             level = min(level, bounds.floor + CAUTION * (highest - bounds.floor))
     for number in count():
@@ -222,18 +225,20 @@ def _halves(search: _Search, rung: int | None) -> Generator[ExactState, None, li
             halves.append(halves[same])
             continue
         building = halves_of(placements_of(plane, problem.stock, min(limits, default=None)), LARGEST_HALF)
-        halves.append((yield from _meanwhile(search, building)))
+        halves.append((yield from _meanwhile(search.state, building)))
     return halves
 
 
-def _meanwhile(search: _Search, steps: Generator[None, None, Made]) -> Generator[ExactState, None, Made]:
+def _meanwhile(
+    state: Callable[[], ExactState], steps: Generator[None, None, Made]
+) -> Generator[ExactState, None, Made]:
     """Result of `steps` that find no selection: the state stays as it is between them."""
     while True:
         try:
             next(steps)
         except StopIteration as done:
             return cast(Made, done.value)
-        yield search.state()
+        yield state()
 
 
 def _search_level(

@@ -21,7 +21,7 @@ JAYA_SHARE = 0.2
 """Share of the time limit that `certified` leaves to the modified Jaya."""
 FEWEST_SHARE = 0.75
 """Share of the time limit for the proof of the fewest masses; after it, any number that meets the limit is searched."""
-PATIENCE = 240
+PATIENCE = 256
 """Steps of the exact search before it may end `within_uncertainty`; what takes fewer is proved in full.
 
 Steps, not seconds, so that the same session gives the same answer on a busy machine.
