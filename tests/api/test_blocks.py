@@ -15,6 +15,7 @@ from drivers.sensing import Sensor
 from drivers.signal import chain, directions
 from drivers.signal.block import Block
 from drivers.waveform import Disturbance, simulate_block
+from service.usecases.retaining import retain
 from tests.api.workshop import Workshop, reading
 
 NOON = "2026-03-01T12:00:00+00:00"
@@ -101,6 +102,9 @@ class TestBlocks:
             assert one["findings"]["flags"] == ["clipped"]
             for mean, part in zip(one["findings"]["components"], single["components"], strict=True):
                 assert mean == pytest.approx(part)
+        shop.now.clock.advance(400 * 86_400.0)
+        assert retain(shop.work, 30).readings == 5
+        assert shop.count("reading_findings") == 0
         assert shop.get(f"/sessions/{session}/log")["runs"][0]["readings"] == run["readings"]
 
     def test_the_flags_of_the_chain_are_those_that_are_stored(self) -> None:
