@@ -69,8 +69,8 @@ class Page:
         return found % values if values else found
 
     def words(self, told: str | None) -> str:
-        """What a use case says, as a sentence in the reader's language."""
-        return words(told or "", self.language)
+        """What a use case says, as a sentence in the reader's language and units."""
+        return self.display.in_own_units(words(told or "", self.language))
 
     def render(self, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
         """The page that a template makes of what is handed to it.

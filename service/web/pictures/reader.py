@@ -25,8 +25,8 @@ class Reader:
         return translations(self.preferences.language).gettext(message)
 
     def words(self, told: str) -> str:
-        """What a use case says, as a sentence in the reader's language, without a full stop."""
-        return words(told, self.preferences.language)
+        """What a use case says, as a sentence in the reader's language and units, without a full stop."""
+        return self.show.in_own_units(words(told, self.preferences.language))
 
     def number(self, value: float, digits: int = 3) -> str:
         """A number, noughts after its decimal sign cut off."""
