@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 
-from sqlalchemy import and_, delete, select
+from sqlalchemy import delete, func, select
 from sqlalchemy.exc import IntegrityError
 
 from db.queries.base import Queries
 from db.rows import IdempotencyRow, LoginRow, TokenRow
+
+NEWEST_KEYS = 1000
+"""So many keys of requests are kept even when their time is over."""
 
 
 class Access(Queries):
@@ -40,15 +43,19 @@ class Access(Queries):
     def claim(self, row: IdempotencyRow, now: datetime) -> bool:
         """Store a key that nobody has; another unit of work that is about to store it is waited for.
 
-        False where it is taken. Some keys whose time is over are forgotten first.
+        False where it is taken. Some keys whose time is over are forgotten first. No key may end early because a clock
+        was set: its time ends after that of every key before it, and the newest are kept whatever the clock says.
         """
-        over = select(IdempotencyRow.id).where(IdempotencyRow.expires_at <= now).order_by(IdempotencyRow.id)
+        end = IdempotencyRow.expires_at
+        newest = select(end).order_by(end.desc()).offset(NEWEST_KEYS).limit(1).scalar_subquery()
+        over = select(IdempotencyRow.id).where(end <= now, end <= newest).order_by(end, IdempotencyRow.id)
         old = over.limit(100).with_for_update(skip_locked=True)
         self._session.execute(delete(IdempotencyRow).where(IdempotencyRow.id.in_(old)))
-        own = and_(IdempotencyRow.id == row.id, IdempotencyRow.expires_at <= now)
-        self._session.execute(delete(IdempotencyRow).where(own))
         if self._session.get(IdempotencyRow, row.id) is not None:
             return False
+        latest = self._session.scalar(select(func.max(end)))
+        if latest is not None:
+            row.expires_at = max(row.expires_at, latest + timedelta(microseconds=1))
         self._session.add(row)
         try:
             self._session.flush()

@@ -159,7 +159,7 @@ class _Site:
         self._for_a_while(file_size_limit=largest + ROOM_BYTES)
 
     def _clock_back(self) -> None:
-        self._for_a_while(clock="-1d")
+        self._for_a_while(clock=self.rng.choice(("-1h", "-1d", "-400d")))
 
     def _for_a_while(self, *, file_size_limit: int | None = None, clock: str | None = None) -> None:
         """Start one service again under a limit, let it work, and start it again without."""

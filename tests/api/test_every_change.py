@@ -9,12 +9,14 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from datetime import timedelta
 from typing import Any
 
 import pytest
 
 from db.database import Database
 from db.documents.machine import Catalogue, CatalogueItem
+from db.queries import access
 from service.app import PREFIX
 from service.errors import InvalidInput
 from service.usecases import catalogues, once
@@ -124,11 +126,27 @@ def test_what_was_refused_may_be_sent_again_under_its_key(shop: Workshop) -> Non
     assert shop.on_hand(taken)[10.0] == 0
 
 
-def test_a_key_ends_after_a_day(shop: Workshop) -> None:
-    send(shop, "a", "one")
+def test_a_key_ends_after_a_day_and_when_enough_came_after_it(shop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(access, "NEWEST_KEYS", 1)
+    for key in ("a", "b", "c"):
+        send(shop, key, key)
     shop.now.clock.advance(KEPT.total_seconds())
-    assert send(shop, "a", "two").status_code == 201
-    assert shop.count("idempotency") == 1
+    assert send(shop, "a", "a").headers["idempotent-replayed"] == "true"
+    assert send(shop, "d", "d").status_code == 201
+    assert send(shop, "a", "again").status_code == 201
+    assert shop.count("idempotency") == 2, "d, and a once more"
+
+
+@pytest.mark.parametrize("by", [-400 * KEPT, -KEPT, 400 * KEPT])
+def test_no_key_ends_early_because_the_clock_was_set(shop: Workshop, by: timedelta) -> None:
+    send(shop, "before", "one")
+    shop.now.clock.advance(by.total_seconds())
+    made = send(shop, "meanwhile", "two")
+    shop.now.clock.advance(-by.total_seconds())
+    for key, name in (("before", "one"), ("meanwhile", "two")):
+        assert send(shop, key, name).headers["idempotent-replayed"] == "true"
+    assert send(shop, "meanwhile", "two").json() == made.json()
+    assert shop.count("catalogue") == 2
 
 
 def test_keys_belong_to_their_actor(shop: Workshop) -> None:
