@@ -55,7 +55,7 @@ class MachineRow(Base):
 
     id: Mapped[str] = mapped_column(_KEY, primary_key=True)
     name: Mapped[str] = mapped_column(String(100), unique=True)
-    spec: Mapped[Machine] = mapped_column(Document(Machine))
+    spec: Mapped[Machine] = mapped_column(Document(Machine, recurring=True))
     created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
     updated_at: Mapped[datetime] = mapped_column(UtcTime)
 
@@ -123,7 +123,7 @@ class SessionRow(Base):
     id: Mapped[str] = mapped_column(_KEY, primary_key=True)
     machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
     machine_name: Mapped[str] = mapped_column(String(100))
-    machine: Mapped[Machine] = mapped_column(Document(Machine))
+    machine: Mapped[Machine] = mapped_column(Document(Machine, recurring=True))
     catalogue_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("catalogue.id"))
     state: Mapped[str] = mapped_column(String(16), index=True)
     technician: Mapped[str | None] = mapped_column(String(100))

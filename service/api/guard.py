@@ -1,7 +1,8 @@
 """Nobody does what they may not: every request is matched with its operation before anything of it is read.
 
 Who asks is told by a token (`authorization: Bearer`), else by the cookie of a login. On an address of this machine
-alone, as long as no token was created, whoever sits at the machine may do everything.
+alone, as long as no token was created, whoever sits at the machine may do everything; the first token that is created
+counts within a second.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ COOKIE = "drumtrue_login"
 API_PATHS = ("/api/", "/health", "/metrics", "/openapi.json")
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-host")
+OPEN_S = 1.0
+"""The first token that is created counts after this time at the latest."""
 TO_CREATE = (
     "create a token (`drumtrue token create NAME --scope technician`) and send it as `authorization: Bearer dt_...`"
 )
@@ -58,6 +61,7 @@ class Guard:
         self.loopback = loopback
         self._operations: tuple[_Operation, ...] | None = None
         self._seen_in: Work | None = None
+        self._open: tuple[Work, float] | None = None
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let the request through, or answer it with a problem."""
@@ -92,7 +96,8 @@ class Guard:
         allowed = KEEPERS if operation is None else OPERATIONS[operation]
         if allowed is None:
             return None
-        principal = await run_in_threadpool(self._identify, request)
+        seen = self._seen_open(request)
+        principal = seen if seen is not None else await run_in_threadpool(self._identify, request)
         if operation is None:
             raise self._no_operation(scope)
         if not allowed & principal.scopes:
@@ -104,10 +109,19 @@ class Guard:
             )
         return principal
 
+    def _seen_open(self, request: HTTPConnection) -> Principal | None:
+        """Whoever is here, where a moment ago no token was created: to ask each time costs as much as the request."""
+        work, attempts = _state(request)
+        if self._open is None or self._open[0] is not work or attempts.monotonic() >= self._open[1]:
+            return None
+        _require_here(request)
+        return LOCAL
+
     def _identify(self, request: HTTPConnection) -> Principal:
         work, attempts = _state(request)
         if self.loopback and self._seen_in is not work:
             if not tokens.needed(work):
+                self._open = (work, attempts.monotonic() + OPEN_S)
                 _require_here(request)
                 return LOCAL
             self._seen_in = work  # tokens are never deleted: once there is one it need not be asked again

@@ -7,6 +7,7 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable, Coroutine, Iterator, Sequence
+from types import NoneType
 from typing import Annotated, Any, cast, get_args, get_type_hints
 
 from fastapi import Header, Request, Response
@@ -42,11 +43,13 @@ class StrictRoute(APIRoute):
     """
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **given: Any) -> None:
-        returned = get_type_hints(endpoint, include_extras=True).get("return")
+        hints = get_type_hints(endpoint, include_extras=True)
+        returned, by_itself = hints.pop("return", None), Response in hints.values()
+        status = given.get("status_code") or 200
         if "POST" in (given.get("methods") or ()):
-            endpoint = _done_once(endpoint, given.get("status_code") or 200, returned)
-        if returned in (Session, Plan):
-            endpoint = _tagged(endpoint)
+            endpoint = _done_once(endpoint, status, returned)
+        if not by_itself and returned is not NoneType and not inspect.iscoroutinefunction(endpoint):
+            endpoint = _written(endpoint, status, returned)
         super().__init__(path, endpoint, **given)
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
@@ -93,33 +96,36 @@ def _done_once(endpoint: Callable[..., Any], status: int, returned: Any) -> Call
         headers = {"idempotent-replayed": "true"} if answer.replayed else {}
         return Response(answer.body, answer.status, headers, "application/json")
 
-    _with_parameter(answered, endpoint, "idempotency_key", Annotated[str | None, IDEMPOTENCY_KEY], None)
+    signature = inspect.signature(endpoint)
+    key = inspect.Parameter(
+        "idempotency_key",
+        inspect.Parameter.KEYWORD_ONLY,
+        default=None,
+        annotation=Annotated[str | None, IDEMPOTENCY_KEY],
+    )
+    answered.__signature__ = signature.replace(parameters=[*signature.parameters.values(), key])  # type: ignore[attr-defined]
     return answered
 
 
-def _tagged(endpoint: Callable[..., Any]) -> Callable[..., Any]:
-    """The endpoint, the version of the document that it answers in the header ETag."""
+def _written(endpoint: Callable[..., Any], status: int, returned: Any) -> Callable[..., Any]:
+    """The endpoint, what it returns written as JSON at once; a session or plan with its version in the header ETag.
+
+    FastAPI would check it once more and write it in another turn of its threads, which costs more than the work of a
+    short request.
+    """
 
     @functools.wraps(endpoint)
-    def answered(*, tagged: Response, **given: Any) -> Any:
+    def answered(**given: Any) -> Response:
         value = endpoint(**given)
-        if isinstance(value, Response):
-            value.headers["etag"] = f'"{json.loads(bytes(value.body))["version"]}"'
-        else:
-            tagged.headers["etag"] = f'"{value.version}"'
-        return value
+        response = value if isinstance(value, Response) else None
+        if response is None:
+            response = Response(write_json(value, returned), status, media_type="application/json")
+        if returned in (Session, Plan):
+            version = json.loads(bytes(response.body))["version"] if response is value else value.version
+            response.headers["etag"] = f'"{version}"'
+        return response
 
-    _with_parameter(answered, endpoint, "tagged", Response, inspect.Parameter.empty)
     return answered
-
-
-def _with_parameter(
-    answered: Callable[..., Any], endpoint: Callable[..., Any], name: str, kind: Any, default: Any
-) -> None:
-    """Let the framework hand `answered` a parameter more than the endpoint has."""
-    signature = inspect.signature(endpoint)
-    more = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-    answered.__signature__ = signature.replace(parameters=[*signature.parameters.values(), more])  # type: ignore[attr-defined]
 
 
 def _queries(dependant: Dependant) -> Iterator[str]:

@@ -28,7 +28,7 @@ class Attempts:
     """
 
     def __init__(self, monotonic: Callable[[], float]) -> None:
-        self._monotonic = monotonic
+        self.monotonic = monotonic
         self._failures: OrderedDict[str, deque[float]] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -46,7 +46,7 @@ class Attempts:
             raise
 
     def _require_few(self, keys: tuple[str, ...]) -> None:
-        now = self._monotonic()
+        now = self.monotonic()
         with self._lock:
             wait = max((self._wait_s(key, now) for key in keys), default=0.0)
         if wait > 0.0:
@@ -68,7 +68,7 @@ class Attempts:
         return failures[0] + WINDOW_S - now if len(failures) >= MOST else 0.0
 
     def _count(self, keys: tuple[str, ...]) -> None:
-        now = self._monotonic()
+        now = self.monotonic()
         with self._lock:
             for key in keys:
                 self._failures.setdefault(key, deque(maxlen=MOST)).append(now)

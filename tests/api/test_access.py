@@ -18,7 +18,7 @@ from db.documents.base import read_json
 from db.documents.machine import Machine
 from db.documents.session import SessionRequest
 from service.api.access import OPERATIONS
-from service.api.guard import Guard
+from service.api.guard import OPEN_S, Guard
 from service.errors import Unauthorized
 from service.usecases import logins, machines, sessions, tokens
 from service.usecases.attempts import MOST, WINDOW_S, Attempts
@@ -171,6 +171,7 @@ def test_an_address_that_is_none_is_told_to_those_who_may_know(guarded: Guarded)
 def test_nothing_is_needed_until_a_token_is_created_then_always(shop: Workshop) -> None:
     shop.ask("GET", "/machines")
     tokens.create(shop.work, "first", ["read"])
+    shop.watch.seconds += OPEN_S
     shop.refused("GET", "/machines", None, 401, "token_missing")
     tokens.revoke(shop.work, "first")
     shop.refused("GET", "/machines", None, 401, "token_missing")

@@ -161,10 +161,11 @@ def box_body(name: str = "box", count: int | None = 10, masses: Sequence[float] 
 class Workshop:
     """The service seen through its API, and the drum on which it is tried."""
 
-    def __init__(self, client: TestClient, work: Work, now: Ticking) -> None:
+    def __init__(self, client: TestClient, work: Work, now: Ticking, watch: StopWatch) -> None:
         self.client = client
         self.work = work
         self.now = now
+        self.watch = watch
         self._names = itertools.count(1)
 
     # ------------------------------------------------------------ any request
@@ -289,9 +290,10 @@ def workshop(url: str) -> Iterator[Workshop]:
     work = work_over(bootstrap.open_database(settings), now)
     app = application()
     before = getattr(app.state, "work", None)
-    app.state.work, app.state.attempts = work, Attempts(StopWatch())
+    watch = StopWatch()
+    app.state.work, app.state.attempts = work, Attempts(watch)
     try:
-        yield Workshop(tablet(app), work, now)
+        yield Workshop(tablet(app), work, now, watch)
     finally:
         app.state.work = before
         work.database.close()
