@@ -139,6 +139,10 @@ def test_a_whole_session_from_a_new_machine_to_the_certificate(tablet: Tablet, b
     tablet.page.locator(".before-after").wait_for()
     good_to_touch(tablet)
     tablet.press("Close the session")
+    tablet.page.get_by_text("it cannot be reopened").wait_for()
+    assert bench.ask("GET", f"/sessions/{session}")["state"] == "checked", "one touch closes nothing"
+    good_to_touch(tablet)
+    tablet.press("Close it for good")
     tablet.heading("Finished")
     good_to_touch(tablet)
     pdf = httpx2.get(f"{bench.service.address}/api/v1/sessions/{session}/report.pdf", timeout=60)

@@ -125,3 +125,19 @@ def test_a_plan_aims_at_what_was_chosen(shop: Workshop, objective: str, unit: st
     assert "The best choice from the box" in page
     plan = shop.get(f"/sessions/{session}")["plans"][-1]
     assert (plan["request"]["objective"], plan["objective_unit"]) == (objective, unit)
+
+
+@pytest.mark.parametrize(("limit", "heading", "first"), [(1e-3, "Above the limit", "Trim"), (1e3, "within", "Close")])
+def test_what_the_heading_asks_for_stands_first_and_closing_asks_again(
+    shop: Workshop, limit: float, heading: str, first: str
+) -> None:
+    session = shop.session(shop.machine(vibration_limit_mm_s=limit))
+    plan = shop.fit(shop.planned(session))
+    shop.run(session, "check", on_rotor(plan["fitted"]))
+    page = shop.client.get(f"/sessions/{session}", headers=HTML).text
+    assert heading in page[page.index("<h1>") : page.index("</h1>")]
+    assert re.search(r'class="button big">(\w+)', page[page.index("<h1>") :]).group(1) == first  # type: ignore[union-attr]
+    assert (page.index("Trim: improve") < page.index("Close the session")) == (first == "Trim")
+    asked = page[page.index('<details class="final">') :]
+    assert asked.index("cannot be reopened") < asked.index("Close it for good") < asked.index("</details>")
+    assert page.count(f'action="/sessions/{session}/close"') == asked.count(f'action="/sessions/{session}/close"') == 1
