@@ -30,7 +30,11 @@ class NotEmpty(Exception):
 
 
 class NotABackup(Exception):
-    """The file is a database, but none of Drumtrue."""
+    """The file is a database, but none of Drumtrue, or a damaged one; the message says what is wrong with it."""
+
+
+class TooNew(Exception):
+    """The backup is of a newer version; the message is its schema's revision."""
 
 
 def back_up(database: Database, path: Path) -> dict[str, int]:
@@ -58,8 +62,8 @@ def restore(path: Path, opened: Callable[[], Database]) -> dict[str, int]:
     """Put the rows of a backup into a database of this version that holds none; rows of each table.
 
     opened: opens the database, which is closed again; asked only for a file that is a backup. The file is left as it
-    is: one of an older version is brought up to date in a copy. All or nothing is stored. Raises NotABackup, NotEmpty,
-    sqlite3.Error for a file that is no database, and what `opened` raises.
+    is: one of an older version is brought up to date in a copy. All or nothing is stored. Raises NotABackup, TooNew,
+    NotEmpty, sqlite3.Error for a file that is no database, and what `opened` raises.
     """
     with tempfile.TemporaryDirectory() as folder:
         copy = Database(f"sqlite:///{Path(folder) / 'copy.db'}")
@@ -72,12 +76,27 @@ def restore(path: Path, opened: Callable[[], Database]) -> dict[str, int]:
 
 
 def _copy_of(path: Path, copy: Database) -> None:
-    """The backup in a copy, brought up to date."""
+    """The backup in a copy, brought up to date and found whole: nothing is opened for one that cannot be read."""
     with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as source, copy.engine.connect() as held:
         source.backup(_driver(held))
-    if migrate.present_revision(copy) is None:
+    revision = migrate.present_revision(copy)
+    if revision is None:
         raise NotABackup("it holds no tables of Drumtrue")
+    if not migrate.is_known(revision):
+        raise TooNew(revision)
     migrate.upgrade(copy)
+    with copy.engine.connect() as connection:
+        _require_whole(connection)
+
+
+def _require_whole(connection: Connection) -> None:
+    """Raise NotABackup for a damaged page, a row that breaks a rule of its table, or a table that is not there."""
+    for table in _plain_tables():
+        connection.execute(select(table).limit(1))
+    if (found := connection.execute(text("PRAGMA integrity_check(1)")).scalar()) != "ok":
+        raise NotABackup(f"it is damaged: {found}")
+    if orphan := connection.execute(text("PRAGMA foreign_key_check")).first():
+        raise NotABackup(f"it is damaged: a row of table {orphan[0]} lacks its row of table {orphan[2]}")
 
 
 def _restore(copy: Database, database: Database) -> dict[str, int]:

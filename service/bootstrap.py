@@ -95,13 +95,19 @@ def _require_file(settings: Settings) -> None:
 
 def _require_known(revision: str | None) -> None:
     if not migrate.is_known(revision):
-        raise Conflict(
-            f"the database's schema is at revision {revision}, which this version does not know",
-            code="schema_out_of_date",
-            field="database_url",
-            value=revision,
-            advice="a newer Drumtrue has migrated it: start that version, or restore a backup from before",
-        )
+        advice = "a newer Drumtrue has migrated it: start that version, or restore a backup from before"
+        raise schema_unknown(revision, "database", "database_url", advice)
+
+
+def schema_unknown(revision: str | None, noun: str, field: str, advice: str) -> Conflict:
+    """The error for what a newer version has written. noun: what it is."""
+    return Conflict(
+        f"the {noun}'s schema is at revision {revision}, which this version does not know",
+        code="schema_out_of_date",
+        field=field,
+        value=revision,
+        advice=advice,
+    )
 
 
 @contextmanager

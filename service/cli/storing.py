@@ -27,7 +27,10 @@ def back_up_to(path: Path, database_url: str | None) -> None:
 
 
 def restore_from(path: Path, database_url: str | None) -> None:
-    """Put a backup into a database that holds nothing yet. Raises Conflict where it does, else InvalidInput."""
+    """Put a backup into a database that holds nothing yet.
+
+    Raises Conflict where it does, or where the backup is of a newer version, else InvalidInput.
+    """
     settings = Settings.from_environment(database_url=database_url)
     try:
         # Opened, and made, only for a file that is a backup.
@@ -41,9 +44,14 @@ def restore_from(path: Path, database_url: str | None) -> None:
             advice="restore into a new file or an empty PostgreSQL database (after `drumtrue migrate`), then point "
             "the service there",
         ) from holds
+    except backup.TooNew as newer:
+        advice = "nothing was stored; a newer Drumtrue wrote the backup: restore it with that version"
+        raise bootstrap.schema_unknown(str(newer), "backup", "FILE", advice) from newer
     except (backup.NotABackup, sqlite3.Error, DatabaseError) as wrong:
+        # The engine's own words: around them SQLAlchemy sets the statement, and a link to its pages.
+        reason = wrong.orig if isinstance(wrong, DatabaseError) else wrong
         raise InvalidInput(
-            f"{path} is no backup that can be read: {wrong}",
+            f"{path} is no backup that can be read: {reason}",
             field="FILE",
             value=str(path),
             advice="nothing was stored; give a file that `drumtrue backup` wrote",

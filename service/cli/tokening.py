@@ -40,13 +40,17 @@ def create(
 ) -> None:
     """Create a token and show it, this once. From the first one on, every request needs one."""
     from service.usecases import tokens
+    from service.usecases.work import utc_now
 
-    with _working(database_url) as work:
-        token, text = tokens.create(work, name, scope, expiry(expires, work.now()))  # type: ignore[arg-type]
+    until = expiry(expires, utc_now())
+    # Refused before a database is opened, which may make one.
+    tokens.check(name, scope, until, utc_now())  # type: ignore[arg-type]
+    with _working(database_url, create=True) as work:
+        token, text = tokens.create(work, name, scope, until)  # type: ignore[arg-type]
     print(text)
     if not quiet:
-        until = f", good until {token.expires_at:%Y-%m-%d %H:%M} UTC" if token.expires_at else ""
-        print(f"for {token.name!r}, scope {' '.join(token.scopes)}{until}. It is stored nowhere: keep it now.")
+        end = f", good until {token.expires_at:%Y-%m-%d %H:%M} UTC" if token.expires_at else ""
+        print(f"for {token.name!r}, scope {' '.join(token.scopes)}{end}. It is stored nowhere: keep it now.")
 
 
 @app.command("list")
@@ -97,11 +101,11 @@ def _shown(time: datetime | None) -> str:
 
 
 @contextmanager
-def _working(database_url: str | None) -> Iterator[Work]:
+def _working(database_url: str | None, *, create: bool = False) -> Iterator[Work]:
     from service import bootstrap
     from service.settings import Settings
 
-    work = bootstrap.build_work(Settings.from_environment(database_url=database_url))
+    work = bootstrap.build_work(Settings.from_environment(database_url=database_url), create=create)
     try:
         yield work
     finally:

@@ -43,18 +43,9 @@ LOCAL = Principal(name="local", scopes=frozenset(SCOPES), token_id=None)
 
 
 def create(work: Work, name: str, scopes: Collection[Scope], expires_at: datetime | None = None) -> tuple[Token, str]:
-    """A new token and its text, to be shown once. Raises InvalidInput, or Conflict for a name used before."""
-    name = _checked_name(name)
-    for scope in scopes:
-        if scope not in SCOPES:
-            raise InvalidInput(f"there is no scope {scope!r}", field="scope", value=scope, advice=_scopes_there_are())
-    if not scopes:
-        raise InvalidInput("a token needs a scope", field="scope", advice=_scopes_there_are())
+    """A new token and its text, to be shown once. Raises as `check`, or Conflict for a name used before."""
     now = work.now()
-    if expires_at is not None and expires_at <= now:
-        raise InvalidInput(
-            f"{expires_at.isoformat()} is over already", field="expires", advice="state a time that is to come"
-        )
+    name = check(name, scopes, expires_at, now)
     token_id, secret = _letters(ID_LETTERS), _letters(SECRET_LETTERS)
     with work.write() as store:
         if store.token_named(name) is not None:
@@ -76,6 +67,21 @@ def create(work: Work, name: str, scopes: Collection[Scope], expires_at: datetim
         )
         store.add(row)
         return _view(row), f"dt_{token_id}_{secret}"
+
+
+def check(name: str, scopes: Collection[Scope], expires_at: datetime | None, now: datetime) -> str:
+    """The name, if a token may be created so as far as can be told without looking what is stored, or InvalidInput."""
+    name = _checked_name(name)
+    for scope in scopes:
+        if scope not in SCOPES:
+            raise InvalidInput(f"there is no scope {scope!r}", field="scope", value=scope, advice=_scopes_there_are())
+    if not scopes:
+        raise InvalidInput("a token needs a scope", field="scope", advice=_scopes_there_are())
+    if expires_at is not None and expires_at <= now:
+        raise InvalidInput(
+            f"{expires_at.isoformat()} is over already", field="expires", advice="state a time that is to come"
+        )
+    return name
 
 
 def find(work: Work) -> tuple[Token, ...]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
+from collections.abc import Callable
+from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
 
@@ -65,6 +67,44 @@ def test_a_backup_is_written_once_and_restored_into_what_is_empty(
     for name in ("no.db", "other.db"):
         with pytest.raises(InvalidInput, match="no backup that can be read"):
             ran("restore", str(tmp_path / name), *at(f"sqlite:///{new}"))
+    assert not new.parent.exists()
+
+
+def changed(statement: str) -> Callable[[Path], None]:
+    """Change a backup by a statement of SQL."""
+
+    def change(file: Path) -> None:
+        with closing(sqlite3.connect(file)) as connection, connection:
+            connection.execute(statement)
+
+    return change
+
+
+def zero_the_last_page(file: Path) -> None:
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-4096] + bytes(4096))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (changed("UPDATE alembic_version SET version_num = '9999'"), "the backup's schema is at revision 9999"),
+        (changed("DROP TABLE session"), "no such table"),
+        (changed("DELETE FROM machine"), "it is damaged: a row of table"),
+        (zero_the_last_page, "it is damaged: "),
+    ],
+    ids=["newer", "table gone", "rows gone", "page gone"],
+)
+def test_a_backup_that_cannot_be_restored_makes_no_database(
+    url: str, sessions: list[str], tmp_path: Path, change: Callable[[Path], None], words: str
+) -> None:
+    file, new = tmp_path / "backup.db", tmp_path / "new" / "drumtrue.db"
+    ran("backup", str(file), *at(url))
+    change(file)
+    with pytest.raises((InvalidInput, Conflict), match=words) as refused:
+        ran("restore", str(file), *at(f"sqlite:///{new}"))
+    assert (refused.value.code == "schema_out_of_date") == ("9999" in words)
+    assert "sqlalche.me" not in str(refused.value)
     assert not new.parent.exists()
 
 

@@ -15,7 +15,7 @@ from service.app import create_app
 from service.cli import app
 from service.cli.serving import serve_until_stopped
 from service.cli.tokening import expiry
-from service.errors import Conflict, InvalidInput, NotFound
+from service.errors import Conflict, InvalidInput, NotFound, Unavailable
 from service.settings import Settings
 
 TOKEN = re.compile(r"dt_[0-9a-z]{8}_[0-9a-z]{32}")
@@ -58,9 +58,15 @@ def test_a_token_is_shown_once_listed_without_its_secret_and_revoked(url: str) -
         ("x", "read", "2001-01-01", "is over already"),
     ],
 )
-def test_what_cannot_be_is_refused(url: str, name: str, scope: str, expires: str, words: str) -> None:
+def test_what_cannot_be_is_refused_and_makes_no_database(
+    url: str, tmp_path: Path, name: str, scope: str, expires: str, words: str
+) -> None:
     with pytest.raises(InvalidInput, match=words):
         ran("token", "create", name, "--scope", scope, "--expires", expires, "--database-url", url)
+    for looking in (("list",), ("revoke", "x")):
+        with pytest.raises(Unavailable, match="there is no database"):
+            ran("token", *looking, "--database-url", url)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_name_is_used_once_and_an_unknown_one_told(url: str) -> None:
