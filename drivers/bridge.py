@@ -145,6 +145,7 @@ class Bridge:
         self._ended = threading.Event()
         self._failure: BaseException | None = None
         self._away = ""
+        self._answered = False
         self._refused = False
         self._waited_s = 0.0
         self._patience = patience
@@ -205,7 +206,8 @@ class Bridge:
             ("retries", totals.retries),
         ):
             words += [f"{name} {count}"] if count else []
-        return ", ".join(one for one in (*words, self._away or "service answers", self._describe()) if one)
+        service = self._away or ("service answers" if self._answered else "service not asked yet")
+        return ", ".join(one for one in (*words, service, self._describe()) if one)
 
     # ------------------------------------------------------------ source to spool
     def _guarded(self, work: Callable[[], None]) -> None:
@@ -320,7 +322,7 @@ class Bridge:
             self._refused = isinstance(error, DeliveryRefused)
             self._away = f"{'service refuses' if self._refused else 'service away'}: {error}"
             return False
-        self._away, self._waited_s = "", 0.0
+        self._away, self._answered, self._waited_s = "", True, 0.0
         self._pauses.reset()
         return True
 

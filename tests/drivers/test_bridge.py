@@ -105,7 +105,9 @@ def bridge(
 def test_everything_arrives_once_in_order_and_the_spool_is_empty(tmp_path: Path) -> None:
     service, lines = Service(), list[str]()
     with Spool(tmp_path / "s") as spool:
-        totals = bridge(Listed(readings(1234)), spool, service, lines).run()
+        carried = bridge(Listed(readings(1234)), spool, service, lines)
+        assert carried.status() == "taken 0, waiting 0, delivered 0, service not asked yet"
+        totals = carried.run()
         assert spool.waiting() == 0
     assert service.stored == list(range(1, 1235))
     assert (totals.taken, totals.kept, totals.delivered, totals.overflowed) == (1234, 1234, 1234, 0)
