@@ -52,8 +52,8 @@ class BlockDriver(BaseDriver):
     """Template of a driver over blocks: a child writes `_next_block`.
 
     Block number b and channel number c have the sequence number sequence_start + b * channels + c, refused or not: the
-    same blocks give the same numbers in every run. A channel that is refused counts as refused; `last_refusal` tells
-    why, `last_measured` what else there is to know of the last block (harmonics, flags).
+    same blocks give the same numbers in every run. A channel that is refused counts as refused; `first_refusal` and
+    `last_refusal` tell why, `last_measured` what else there is to know of the last block (harmonics, flags).
     """
 
     def __init__(
@@ -66,6 +66,7 @@ class BlockDriver(BaseDriver):
     ) -> None:
         super().__init__(source, sequence_start=sequence_start)
         self.settings = settings or Settings()
+        self.first_refusal: str | None = None
         self.last_refusal: str | None = None
         self.last_measured: tuple[Measured | Refusal, ...] = ()
         self._session_id = session_id
@@ -108,5 +109,6 @@ class BlockDriver(BaseDriver):
                 )
 
     def _refuse(self, count: int, reason: str) -> None:
+        self.first_refusal = self.first_refusal or reason
         self.last_refusal = reason
         self._count(refused=count)

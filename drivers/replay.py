@@ -23,6 +23,7 @@ from drivers.recording import read_recording
 
 RECORDING_SUFFIXES = (".jsonl", ".ndjson")
 SESSION_FORMAT = "drumtrue-session"
+NO_READING = "give another file; of a CAN log check the mapping too (--mapping, --sensors, --j1939)"
 
 
 class ReplayDriver(BaseDriver):
@@ -30,7 +31,8 @@ class ReplayDriver(BaseDriver):
 
     source: names all readings anew; without it they keep the file's, of which there may be one only. Numbers are the
     file's where it is a recording, else they count from 1; `after` passes over those up to it. Times that go back are
-    held. It ends with the file; opened again it goes on where it was closed. on_error: see `read_can_log`.
+    held. It ends with the file; opened again it goes on where it was closed. on_error: see `read_can_log`. Raises
+    `LogError` for a file without a reading.
     """
 
     def __init__(
@@ -48,7 +50,9 @@ class ReplayDriver(BaseDriver):
         require(speed is None or speed > 0.0, f"speed {speed} of the replay", "be above 0")
         self._readings = _shifted(open_log(path, mapping, on_error), shift)
         self._first = next(self._readings, None)
-        super().__init__(source or (self._first.source if self._first else path.stem) or "replay", sequence_start=0)
+        if self._first is None:
+            raise LogError(path, None, "it holds no reading", NO_READING)
+        super().__init__(source or self._first.source or "replay", sequence_start=0)
         self._path, self._clock, self._speed, self._after = path, clock, speed, after
         self._renamed = source is not None
         self._last_time: datetime | None = None

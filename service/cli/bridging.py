@@ -18,7 +18,7 @@ from drivers.protocol import Driver
 from drivers.spool import Spool
 from service.cli.canbus import mapping_of
 from service.cli.signals import on_stop
-from service.cli.sources import StandIn, Waveform, named, stand_in
+from service.cli.sources import StandIn, Waveform, named, require_read, stand_in
 
 DEFAULT_SPOOL = Path.home() / ".local" / "share" / "drumtrue" / "spool"
 
@@ -88,6 +88,7 @@ def bridge_until_stopped(
         if kept.waiting():
             tell(f"{kept.waiting()} readings wait from before")
         bridge.run()
+        require_read(driver)
 
 
 def patience_with(read: BusChoice | StandIn, wait_s: float | None) -> Patience | None:

@@ -12,7 +12,7 @@ from drivers.can_driver import CanDriver
 from drivers.can_mapping import CanMapping
 from drivers.can_sender import CanOut
 from drivers.clock import SystemClock
-from drivers.errors import LogError
+from drivers.errors import LogError, UnreadableFile
 from drivers.http_out import HttpOut, Outlet
 from drivers.protocol import Driver
 from drivers.reading import Reading
@@ -21,13 +21,16 @@ from drivers.replay import ReplayDriver, open_log
 from service.cli.bridging import BusChoice, first_sequence
 from service.cli.canbus import mapping_of
 from service.cli.signals import on_stop
-from service.cli.sources import StandIn, Waveform, stand_in
+from service.cli.sources import StandIn, Waveform, require_read, stand_in, why_refused
 
 BATCH = 500
 
 
 def record_until_stopped(file: Path, read: BusChoice | StandIn, source: str, count: int | None) -> None:
-    """Record a bus or a simulated drum until SIGINT or SIGTERM, or so many readings, a waveform file to its end."""
+    """Record a bus or a simulated drum until SIGINT or SIGTERM, or so many readings, a waveform file to its end.
+
+    Raises `UnreadableFile` for a waveform file that gives no reading, and leaves no recording of it.
+    """
     driver: Driver
     if isinstance(read, BusChoice):
         driver = CanDriver(
@@ -40,7 +43,14 @@ def record_until_stopped(file: Path, read: BusChoice | StandIn, source: str, cou
         for reading in islice(driver, count):
             recorder.write([reading])
     health = driver.health()
-    print(f"{recorder.written} readings in {file}, missed {health.missed}, refused {health.refused}")
+    print(
+        f"{recorder.written} readings in {file}, missed {health.missed}, refused {health.refused}" + why_refused(driver)
+    )
+    try:
+        require_read(driver)
+    except UnreadableFile:
+        file.unlink()
+        raise
 
 
 def replay_file(
@@ -60,7 +70,8 @@ def replay_file(
 ) -> int:
     """Replay one file to a service or onto a bus; returns how many errors were passed over.
 
-    Raises `LogError` at the first unless keep_going, and what the way out raises.
+    Raises `LogError` at the first unless keep_going, `LogError` or `UnreadableFile` for a file that gives no reading,
+    and what the way out raises.
     """
     errors: list[LogError] = []
 
@@ -96,7 +107,9 @@ def replay_file(
         print(
             f"{sent} readings of {replay.source!r} replayed from {path}, {len(errors)} errors passed over"
             + (f", {refused} refused" if refused else "")
+            + why_refused(replay)
         )
+    require_read(replay)
     return len(errors)
 
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from drivers.block_driver import BlockDriver
 from drivers.clock import Clock, SystemClock
-from drivers.errors import InvalidSetting
+from drivers.errors import InvalidSetting, UnreadableFile
 from drivers.protocol import Driver
 from drivers.replay import ReplayDriver
 from drivers.simulated import SimulatedDrum, threshing_drum_example
@@ -88,6 +89,18 @@ def stand_in(one: StandIn, source: str, first: int, highest: int) -> Driver:
     if isinstance(one, Simulation):
         return one.driver(source, first, SystemClock())
     return ReplayDriver(one, clock=SystemClock(), source=source, after=highest)
+
+
+def why_refused(driver: Driver) -> str:
+    """Why the first block was refused, to go behind a line of counts; empty where none was."""
+    reason = driver.first_refusal if isinstance(driver, BlockDriver) else None
+    return f"; the first because: {reason}" if reason else ""
+
+
+def require_read(driver: Driver) -> None:
+    """Raise `UnreadableFile` for a waveform file that was read and refused whole."""
+    if isinstance(driver, WaveformFile) and driver.first_refusal and not driver.health().delivered:
+        raise UnreadableFile(f"gives no reading: {driver.first_refusal}", path=str(driver.path))
 
 
 def named(one: StandIn) -> str:

@@ -57,6 +57,13 @@ def test_onto_a_bus_at_its_own_time(recording: Path, capsys: pytest.CaptureFixtu
     assert "20 readings of 'shed' replayed" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("name", "text"), [("a.asc", "garbage\n"), ("a.jsonl", ""), ("a.json", '{"runs": []}')])
+def test_a_file_without_a_reading_is_told(tmp_path: Path, name: str, text: str) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(LogError, match=f"{name}: it holds no reading"):
+        replay_file(tmp_path / name, to="can", url="", as_now=True, keep_going=True, **OPTIONS)  # type: ignore[arg-type]
+
+
 def test_a_wrong_line_ends_it_or_is_passed_over_if_asked(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = recording.read_text().splitlines()
     lines[7] = "{"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import signal
+import struct
 from collections.abc import Callable, Iterator
 from datetime import timedelta
 from pathlib import Path
@@ -12,7 +13,7 @@ import httpx2
 import pytest
 
 from drivers.drum import true_readings
-from drivers.errors import InvalidSetting
+from drivers.errors import InvalidSetting, UnreadableFile
 from drivers.example import threshing_drum_example
 from drivers.recording import read_recording
 from drivers.waveform_files.recording import Layout
@@ -133,6 +134,21 @@ def test_what_is_recorded_of_a_waveform_is_what_it_gives(tmp_path: Path) -> None
     record_until_stopped(tmp_path / "out.jsonl", waveform(tmp_path, "drum.csv"), "shed", None)
     with waveform(tmp_path, "drum.csv").driver("shed") as driver:
         assert list(read_recording(tmp_path / "out.jsonl")) == list(driver)
+
+
+def test_a_waveform_of_which_every_block_is_refused_is_told_with_the_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    slow = waveform(tmp_path, "drum.wav")
+    whole = slow.file.read_bytes()
+    slow.file.write_bytes(whole[:24] + struct.pack("<I", 8) + whole[28:])
+    with pytest.raises(UnreadableFile, match=r"drum\.wav: gives no reading: 0 key-phasor edges"):
+        record_until_stopped(tmp_path / "out.jsonl", slow, "shed", None)
+    assert not (tmp_path / "out.jsonl").exists()
+    options = OPTIONS | {"source": "shed"}
+    with pytest.raises(UnreadableFile, match="gives no reading"):
+        replaying.replay_file(slow, to="can", url="", as_now=False, keep_going=False, **options)  # type: ignore[arg-type]
+    assert capsys.readouterr().out.count("the first because: ") == 2
 
 
 def test_two_recordings_of_a_source_do_not_share_numbers(tmp_path: Path) -> None:
