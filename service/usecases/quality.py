@@ -10,14 +10,14 @@ from db.documents.correction import BearingTolerance, StaticCouple, Tolerance
 from db.documents.diagnostic import Diagnostic
 from db.documents.influence import TrialMassSuggestion
 from db.documents.machine import Machine
-from db.documents.run import MassOnRotor
+from db.documents.run import MassOnRotor, RunReading
 from service.balancing.phasors import ComplexArray, FloatArray, to_degrees
 from service.balancing.static_couple import decompose
 from service.balancing.tolerance import Permissible, permissible, reached
 from service.balancing.trial_mass import examine_force, suggest
 from service.errors import InvalidInput, NumericsError
 from service.usecases import mapping
-from service.usecases.rules import plane_index
+from service.usecases.rules import highest_speed, plane_index
 
 
 def tolerance_of(machine: Machine, still_needed: ComplexArray, covariance: FloatArray, dof: int) -> Tolerance | None:
@@ -139,6 +139,24 @@ def trial_warnings(machine: Machine, masses: Iterable[MassOnRotor]) -> tuple[Dia
                 )
             )
     return tuple(out)
+
+
+def speed_warnings(machine: Machine, nominal_rpm: float, readings: Iterable[RunReading]) -> tuple[Diagnostic, ...]:
+    """Warn of a run above service speed, which was taken already: refused, it would be lost. Speeds in r/min."""
+    fast = {one.sensor: one.speed_rpm for one in readings if (one.speed_rpm or 0.0) > highest_speed(machine)}
+    fastest = max(nominal_rpm, *(speed for speed in fast.values() if speed is not None), 0.0)
+    if fastest <= highest_speed(machine):
+        return ()
+    return (
+        Diagnostic(
+            code="over_speed",
+            severity="warning",
+            message=f"a run at {fastest:.9g} r/min is above the service speed of {machine.service_speed_rpm:.9g} r/min",
+            advice="slow the machine down and take the run again, then leave this one out; if the speed is mistyped, "
+            "store the run again with `supersedes`",
+            sensors=tuple(fast),
+        ),
+    )
 
 
 def _permissible(machine: Machine) -> Permissible | None:

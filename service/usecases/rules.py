@@ -13,6 +13,8 @@ from service.balancing.phasors import normal_degrees
 from service.balancing.units import Scale, is_unit_of
 from service.errors import InvalidInput, NumericsError
 
+OVER_SPEED = 1.02
+"""Measured over service speed at most: the reading of a tachometer, not a licence to run faster."""
 POSITION_TOLERANCE_DEG = 1e-6
 """How far a stated angle may lie from a position and still name it: the rounding of a decimal, no more."""
 
@@ -33,6 +35,11 @@ def normalised(machine: Machine) -> Machine:
         )
     planes = tuple(_checked_plane(f"planes[{index}]", plane) for index, plane in enumerate(machine.planes))
     return replace(machine, planes=planes)
+
+
+def highest_speed(machine: Machine) -> float:
+    """The speed, r/min, above which the machine is run too fast."""
+    return OVER_SPEED * machine.service_speed_rpm
 
 
 def check_catalogue(catalogue: Catalogue) -> None:

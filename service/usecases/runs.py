@@ -11,7 +11,7 @@ from db.rows import PlanRow, RunRow, SessionRow
 from db.store import Store
 from service.errors import InvalidInput, NotFound
 from service.usecases import mapping, states
-from service.usecases.quality import trial_warnings
+from service.usecases.quality import speed_warnings, trial_warnings
 from service.usecases.rules import check_masses, sensor_index
 from service.usecases.taking import taken_readings
 from service.usecases.versions import require_seen
@@ -27,15 +27,18 @@ def add(work: Work, session_id: str, request: RunRequest) -> Run:
         machine = session.machine
         masses = _masses(store, session, request)
         earlier = store.runs(session.id)
+        readings = _readings(store, session, request)
+        nominal = request.nominal_speed_rpm or machine.service_speed_rpm
+        heavy = trial_warnings(machine, masses) if request.kind == "trial" else ()
         run = Run(
             id=work.new_id(),
             number=len(earlier) + 1,
             kind=request.kind,
             masses=masses,
-            readings=_readings(store, session, request),
-            nominal_speed_rpm=request.nominal_speed_rpm or machine.service_speed_rpm,
+            readings=readings,
+            nominal_speed_rpm=nominal,
             taken_at=work.now(),
-            warnings=trial_warnings(machine, masses) if request.kind == "trial" else (),
+            warnings=(*speed_warnings(machine, nominal, readings), *heavy),
         )
         if request.supersedes is not None:
             mistyped = _run_of(store, session, request.supersedes)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
+from db.documents.correction import Correction
+from db.documents.machine import Machine
+from db.documents.run import Run
 from db.documents.session import SessionState
 from db.rows import SessionRow
 from service.errors import OutOfOrder
@@ -29,9 +33,20 @@ _NEXT: dict[str, str] = {
 }
 
 
-def next_step(state: str) -> str:
-    """What to do next, in a sentence."""
-    return _NEXT[state]
+def next_step(state: str, machine: Machine, runs: Sequence[Run], corrections: Sequence[Correction]) -> str:
+    """What to do next, in a sentence; before a plan what is missing in fact, all runs but excluded ones counted."""
+    used = [run for run in runs if not run.excluded]
+    if state != "open" or not used:
+        return _NEXT[state]
+    if corrections and not corrections[-1].stale:
+        return _NEXT["corrected"]
+    tried = {mass.plane for run in used for mass in run.masses}
+    missing = [f"a trial run in plane {plane.name}" for plane in machine.planes if plane.name not in tried]
+    if len(used) <= len(machine.planes) and all(run.kind != "initial" for run in used):
+        missing = ["an initial run", *missing]
+    if missing:
+        return f"take {' and '.join(missing)}, then ask for corrections"
+    return "ask for corrections again: the runs changed since" if corrections else "ask for corrections"
 
 
 def after(session: SessionRow, event: Event) -> SessionState:

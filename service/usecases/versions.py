@@ -32,14 +32,16 @@ def hold(work: Work, session_id: str) -> None:
 
 def session_view(store: Store, row: SessionRow) -> Session:
     """A session with all its runs, corrections and plans."""
+    runs = tuple(r.run for r in store.runs(row.id))
+    corrections = tuple(c.correction for c in store.corrections(row.id))
     return Session(
         **vars(session_summary(row)),
-        next_step=states.next_step(row.state),
+        next_step=states.next_step(row.state, row.machine, runs, corrections),
         machine=row.machine,
         run_out=row.run_out,
         on_rotor=row.on_rotor,
-        runs=tuple(r.run for r in store.runs(row.id)),
-        corrections=tuple(c.correction for c in store.corrections(row.id)),
+        runs=runs,
+        corrections=corrections,
         plans=tuple(p.plan for p in store.plans(row.id)),
         fitted_plan_id=row.fitted_plan_id,
         version=row.version,

@@ -15,6 +15,7 @@ from db.documents.run import MassOnRotor
 from db.documents.stop import Stop
 from service.errors import DrumtrueError, InvalidInput
 from service.usecases import catalogues, influence, mapping, plans, readings, reports
+from service.usecases.rules import highest_speed
 from service.web import illustrations
 from service.web.forms import Form
 from service.web.guide import STEPS, TITLES, Guide, hole_at, holes
@@ -22,8 +23,6 @@ from service.web.kept import Kept, kept
 from service.web.moves import Move, force, moves, wanted_by
 from service.web.rendering import Page
 
-OVER_SPEED = 1.02
-"""Measured over service speed at most: the reading of a tachometer, not a licence to run faster."""
 MOST_BOXES = 200
 RUN_STEPS = frozenset({"initial", "trial", "check"})
 """Steps that a run is taken in."""
@@ -56,7 +55,7 @@ def show(
         notice=notice,
         hole_at=lambda mass: hole_at(guide.plane(mass.plane), mass.angle_deg),
         force=lambda plane, grams: force(guide.session.machine, plane, grams),
-        over_speed=OVER_SPEED * guide.session.machine.service_speed_rpm,
+        over_speed=highest_speed(guide.session.machine),
         typing=typing,
         kept=held,
         **_OF_STEP[shown](page, guide),

@@ -289,6 +289,19 @@ class TestQuality:
             shop.post(f"/sessions/{session}/runs", {"kind": "initial", "readings": readings})
             assert shop.get(f"/sessions/{session}/report.json")["before_after"][0]["zone_before"] == zone
 
+    def test_a_run_above_service_speed_is_stored_and_warned_about(self, shop: Workshop) -> None:
+        session = shop.session()
+        fast = [{**reading("P", 1.0), "speed_rpm": 900.0}]
+        for more in (
+            {"nominal_speed_rpm": 900.0},
+            {"readings": fast},
+            {"readings": fast[:1], "nominal_speed_rpm": 470},
+        ):
+            warned = shop.run(session, "initial", **more)["warnings"]
+            assert [w["code"] for w in warned] == ["over_speed"]
+            assert "900 r/min is above the service speed of 460 r/min" in warned[0]["message"]
+        assert shop.run(session, "initial", nominal_speed_rpm=469.0)["warnings"] == []
+
     def test_trial_masses_are_suggested_and_a_large_one_is_warned_about_in_newtons(self, shop: Workshop) -> None:
         machine = shop.machine()
         session = shop.session(machine)

@@ -116,6 +116,24 @@ class TestOrder:
         for step, word in zip(said, ("trial run", "plan", "lock", "check run", "trim", "new one"), strict=True):
             assert word in step
 
+    def test_what_is_missing_in_fact_comes_next(self, shop: Workshop) -> None:
+        def said() -> Any:
+            return shop.get(f"/sessions/{session}")["next_step"]
+
+        session = shop.session()
+        shop.run(session, "initial")
+        assert said() == "take a trial run in plane 1 and a trial run in plane 2, then ask for corrections"
+        for plane in ("1", "2"):
+            last = shop.run(session, "trial", [mass(plane, 200.0, 0.0)])
+        assert said() == "ask for corrections"
+        plan = shop.plan(session, shop.correct(session))
+        further = shop.run(session, "initial")
+        shop.ask("PATCH", f"/sessions/{session}/runs/{further['id']}", {"excluded": True, "reason": "a gust"})
+        assert plan["state"] == "proposed"
+        assert said().startswith("ask for corrections again")
+        shop.ask("PATCH", f"/sessions/{session}/runs/{last['id']}", {"excluded": True, "reason": "loose"})
+        assert said() == "take a trial run in plane 2, then ask for corrections"
+
 
 class TestStale:
     def test_a_new_run_outdates_corrections_and_plans_and_erases_nothing(self, shop: Workshop) -> None:

@@ -10,6 +10,7 @@ from fastapi.responses import Response
 from db.documents.run import RunKind, RunPatch, RunReading, RunRequest, Take
 from service.errors import DrumtrueError, OutOfOrder
 from service.usecases import live, runs
+from service.usecases.rules import highest_speed
 from service.usecases.work import Work
 from service.web import steps
 from service.web.doing import done_in, require_fresh
@@ -34,7 +35,7 @@ def type_run(page: PageDep, session_id: Key, typed: TypedDep) -> Response:
     form = Form(typed, page.language)
     machine = guide.session.machine
     speed = form.number("speed_rpm", low=1.0, high=1e6, unit=TURNS, required=False)
-    if speed is not None and speed > steps.OVER_SPEED * machine.service_speed_rpm:
+    if speed is not None and speed > highest_speed(machine):
         form.wrong("speed_rpm", TOO_FAST, **_speeds(page, guide, speed))
     readings = [_reading(page, guide, form, index, speed) for index in range(len(machine.sensors))]
     stated = tuple(reading for reading in readings if reading is not None)
@@ -57,7 +58,7 @@ def take_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     elif not now.steady and not form.ticked("anyway"):
         form.wrong("", N_("The readings are not steady any more. Let the machine settle, then take the run."))
     fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=0.0)
-    if fastest > steps.OVER_SPEED * guide.session.machine.service_speed_rpm:
+    if fastest > highest_speed(guide.session.machine):
         form.wrong("", TOO_FAST, **_speeds(page, guide, fastest))
     if not form.ok or take is None:
         return steps.show(page, guide, form=form, status=422)

@@ -14,11 +14,12 @@ from starlette.concurrency import run_in_threadpool
 
 from service.errors import Unavailable
 from service.usecases import live
+from service.usecases.rules import highest_speed
 from service.web import illustrations
 from service.web.guide import Guide, look
 from service.web.rendering import Page, PageDep
 from service.web.routers.guiding import Key
-from service.web.steps import OVER_SPEED, scales
+from service.web.steps import scales
 
 router = APIRouter(prefix="/sessions/{session_id}")
 
@@ -86,13 +87,12 @@ def _now(page: Page, session_id: str) -> dict[str, Any]:
     guide = look(page.work, session_id)
     now = live.look(page.work, session_id, guide.turning_since)
     fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=None)
-    service = guide.session.machine.service_speed_rpm
     return {
         "stamp": guide.stamp,
         "newest_at": now.newest_at,
         "steady": now.steady,
         "speed": page.display.speed(fastest),
-        "too_fast": fastest is not None and fastest > OVER_SPEED * service,
+        "too_fast": fastest is not None and fastest > highest_speed(guide.session.machine),
         "sensors": [_sensor(page, guide, one) for one in now.sensors],
     }
 
