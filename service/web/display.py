@@ -82,8 +82,12 @@ class Display:
         return f"{self.number(degrees % 360.0, places=0).replace('360', '0')}°"
 
     def speed(self, rpm: float | None) -> str:
-        """A speed in r/min."""
-        return self._text(rpm, N_("r/min"), places=0)
+        """A stated speed in r/min, as it was typed."""
+        return "\N{EM DASH}" if rpm is None else f"{self.plain(rpm)}{NO_BREAK}{self._sign(N_('r/min'))}"
+
+    def measured_speed(self, rpm: float | None) -> str:
+        """A speed that a tachometer read, in whole r/min."""
+        return self._text(rpm, "r/min", places=0)
 
     def force(self, newton: float | None) -> str:
         """A force in N."""

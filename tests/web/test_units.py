@@ -44,6 +44,8 @@ def test_what_is_typed_is_stored_as_it_was_meant() -> None:
 def test_numbers_carry_their_unit_in_the_language_of_the_reader() -> None:
     shown = Display(Preferences(language="de"))
     assert shown.mass(37.5) == "37,5\N{NARROW NO-BREAK SPACE}g"
+    assert [shown.speed(rpm)[:-6] for rpm in (460.5, 1.5, 3000.0, 12345.25)] == ["460,5", "1,5", "3000", "12345,25"]
+    assert shown.measured_speed(460.5).startswith("460\N{NARROW NO-BREAK SPACE}")
     assert shown.speed(460.0) == "460\N{NARROW NO-BREAK SPACE}U/min"
     assert shown.angle(-20.0) == "340°"
     assert shown.angle(359.9) == "0°"

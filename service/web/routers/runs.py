@@ -36,7 +36,7 @@ def type_run(page: PageDep, session_id: Key, typed: TypedDep) -> Response:
     machine = guide.session.machine
     speed = form.number("speed_rpm", low=1.0, high=1e6, unit=TURNS, required=False)
     if speed is not None and speed > highest_speed(machine):
-        form.wrong("speed_rpm", TOO_FAST, **_speeds(page, guide, speed))
+        form.wrong("speed_rpm", TOO_FAST, **_speeds(page, guide, page.display.speed(speed)))
     readings = [_reading(page, guide, form, index, speed) for index in range(len(machine.sensors))]
     stated = tuple(reading for reading in readings if reading is not None)
     require_fresh(page, guide, typed)
@@ -59,7 +59,7 @@ def take_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
         form.wrong("", N_("The readings are not steady any more. Let the machine settle, then take the run."))
     fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=0.0)
     if fastest > highest_speed(guide.session.machine):
-        form.wrong("", TOO_FAST, **_speeds(page, guide, fastest))
+        form.wrong("", TOO_FAST, **_speeds(page, guide, page.display.measured_speed(fastest)))
     if not form.ok or take is None:
         return steps.show(page, guide, form=form, status=422)
     return _stored(page, guide, typed, form, take=take)
@@ -138,5 +138,5 @@ def _stored(
         return steps.refused(page, guide, form, error, typing=readings is not None)
 
 
-def _speeds(page: Page, guide: Guide, speed: float) -> dict[str, str]:
-    return {"speed": page.display.speed(speed), "service": page.display.speed(guide.session.machine.service_speed_rpm)}
+def _speeds(page: Page, guide: Guide, speed: str) -> dict[str, str]:
+    return {"speed": speed, "service": page.display.speed(guide.session.machine.service_speed_rpm)}

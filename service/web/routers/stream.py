@@ -91,7 +91,7 @@ def _now(page: Page, session_id: str) -> dict[str, Any]:
         "stamp": guide.stamp,
         "newest_at": now.newest_at,
         "steady": now.steady,
-        "speed": page.display.speed(fastest),
+        "speed": page.display.measured_speed(fastest),
         "too_fast": fastest is not None and fastest > highest_speed(guide.session.machine),
         "sensors": [_sensor(page, guide, one) for one in now.sensors],
     }
