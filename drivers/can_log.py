@@ -11,12 +11,27 @@ from typing import Any, cast
 import can
 from can.io.blf import BLFReader
 
-from drivers.errors import READABLE, LogError
+from drivers.errors import CORRECT, READABLE, LogError
 
 SUFFIXES = (".log", ".asc", ".csv", ".trc", ".blf")
 MOST_ERRORS = 1000
 LATEST_S = 253_402_300_799.0
 """End of the year 9999."""
+
+NO_CAN_LOG = (
+    "a line of a CAN log has 7: timestamp, arbitration_id, extended, remote, error, dlc, data; a waveform is read with "
+    "its layout (--layout)"
+)
+_IN_WORDS = (
+    (r"not enough values to unpack|list index out of range", "it has too few parts"),
+    (r"too many values to unpack", "it has too many parts"),
+    (r"invalid literal for int\(\) with base 16: (.*)", r"\1 is no hexadecimal number"),
+    (r"invalid literal for int\(\) with base \d+: (.*)", r"\1 is no whole number"),
+    (r"could not convert string to float: (.*)", r"\1 is no number"),
+    (r"non-hexadecimal number found", "its data are no hexadecimal digits"),
+    (r"Incorrect padding|Invalid base64|Only base64", "its data are no base64"),
+)
+"""What Python says of a wrong line, and the same in words."""
 
 OnError = Callable[[LogError], None]
 
@@ -96,7 +111,8 @@ def _one_reading(path: Path, suffix: str, bad: set[int]) -> Iterator[can.Message
     except LogError:
         raise
     except Exception as error:
-        raise LogError(path, lines.number or None, f"{_words(error)}: {lines.text[:80]!r}") from error
+        advice = NO_CAN_LOG if suffix == ".csv" and "unpack" in str(error) else CORRECT
+        raise LogError(path, lines.number or None, f"{_words(error)}: {lines.text[:80]!r}", advice) from error
     finally:
         lines.close()
 
@@ -155,4 +171,8 @@ def _check_time(message: can.Message) -> None:
 
 
 def _words(error: Exception) -> str:
-    return str(error) or type(error).__name__
+    said = str(error) or type(error).__name__
+    for pattern, words in _IN_WORDS:
+        if found := re.match(pattern, said):
+            return found.expand(words)
+    return said

@@ -12,7 +12,7 @@ from drivers.signal.block import Block
 from drivers.signal.chain import Settings
 from drivers.waveform_files.csv_file import read_csv
 from drivers.waveform_files.recording import Layout, Recording, whole_block
-from drivers.waveform_files.uff_file import read_uff
+from drivers.waveform_files.uff_file import SAME_RATE, read_uff
 from drivers.waveform_files.wav_file import read_wav
 
 
@@ -22,10 +22,20 @@ def read_recording(path: Path, layout: Layout) -> Recording:
     if suffix in (".csv", ".txt"):
         return read_csv(path, time=layout.time, sample_rate_hz=layout.sample_rate_hz)
     if suffix == ".wav":
-        return read_wav(path)
+        return _at_rate(read_wav(path), layout)
     if suffix in (".uff", ".unv"):
-        return read_uff(path)
+        return _at_rate(read_uff(path), layout)
     raise UnreadableFile(f"has the suffix {suffix!r}: use .csv, .txt, .wav, .uff or .unv", path=str(path))
+
+
+def _at_rate(recording: Recording, layout: Layout) -> Recording:
+    stated, own = layout.sample_rate_hz, recording.sample_rate_hz
+    if stated is not None and abs(stated - own) > SAME_RATE * own:
+        raise UnreadableFile(
+            f"is sampled at {own:.9g} Hz, the layout says sample_rate_hz {stated:.9g}: leave it out of the layout",
+            path=recording.path,
+        )
+    return recording
 
 
 class WaveformFile(BlockDriver):

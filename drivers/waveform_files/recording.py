@@ -45,9 +45,9 @@ class Layout:
 
     channels: (column, channel) of each sensor. key_phasor: column of the tachometer signal; slope, threshold and
     hysteresis as in `find_edges`, in the column's own unit. started_at: time of the first sample, aware. CSV only: time
-    is the column of seconds, else sample_rate_hz must be stated. In a WAV file a sample of 1 is the channel's
-    full_scale, which must be stated; columns are named 1, 2 ... . In a universal file a column is named by node and
-    direction, as 12+Z.
+    is the column of seconds, else sample_rate_hz must be stated; not both; where the file states its rate, none but
+    that. In a WAV file a sample of 1 is the channel's full_scale, which must be stated; columns are named 1, 2 ... . In
+    a universal file a column is named by node and direction, as 12+Z.
     """
 
     channels: tuple[tuple[str, Channel], ...]
@@ -67,6 +67,8 @@ class Layout:
         require(offset == timedelta(0), f"started_at {self.started_at.isoformat()}", "be in UTC")
         rate = self.sample_rate_hz
         require(rate is None or rate > 0.0, f"sample_rate_hz {rate}", "be > 0")
+        stated = f"sample_rate_hz {rate} beside the column of time {self.time!r}"
+        require(rate is None or self.time is None, stated, "not be stated: the times say the rate")
 
 
 def read_bytes(path: Path) -> bytes:

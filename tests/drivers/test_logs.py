@@ -74,6 +74,26 @@ def test_a_wrong_line_is_told_with_its_number_and_the_rest_is_used_if_asked(tmp_
     assert kept == [one for one in range(1, COUNT + 1) if one not in (4, 21)]
 
 
+@pytest.mark.parametrize(
+    ("suffix", "line", "words"),
+    [
+        (".csv", "0.1,2.0,3.0,4.0", r"line 2: it has too few parts: .*a waveform is read with its layout \(--layout\)"),
+        (".csv", "1,0x1,0,0,0,8,A,", "it has too many parts: .*--layout"),
+        (".csv", "1,zz,0,0,0,8,AAAA", "'zz' is no hexadecimal number: .*; correct the file"),
+        (".csv", "1,0x1,0,0,0,e,AAAA", "'e' is no whole number"),
+        (".csv", "x,0x1,0,0,0,8,AAAA", "'x' is no number"),
+        (".csv", "1,0x1,0,0,0,8,A", "its data are no base64"),
+        (".asc", "0.5 1 zzz Rx d 8 00", "'zzz' is no hexadecimal number"),
+        (".log", "(1.0) can0", "it has too few parts"),
+    ],
+)
+def test_what_is_wrong_in_a_line_is_said_in_words(tmp_path: Path, suffix: str, line: str, words: str) -> None:
+    path = tmp_path / f"bus{suffix}"
+    path.write_text(("" if suffix == ".log" else "a head\n") + line + "\n")
+    with pytest.raises(LogError, match=words):
+        numbers(path)
+
+
 def test_a_damaged_blf_is_told_and_what_lies_before_is_used_if_asked(tmp_path: Path) -> None:
     path = write_log(tmp_path / "bus.blf")
     whole = path.read_bytes()

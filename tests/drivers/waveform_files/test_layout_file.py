@@ -59,6 +59,7 @@ def test_the_time_that_is_stated_with_the_file_comes_first(tmp_path: Path) -> No
 WRONG = [
     ('key_phasor = "kp"', "", None, "has no key_phasor"),
     ('time = "t"', 'tiem = "t"', 2, "unknown key 'tiem': use .*time"),
+    ('time = "t"', 'time = "t"\nsample_rate_hz = 640', None, "sample_rate_hz 640 beside the column of time 't'"),
     ("started_at = 2026-05-04T10:30:00+02:00", "", None, "state started_at"),
     ("+02:00", "", 3, "state its zone"),
     ("block_s = 2", 'block_s = "2"', 4, "has block_s '2', which is of the wrong kind"),

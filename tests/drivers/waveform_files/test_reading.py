@@ -121,6 +121,16 @@ class TestUnits:
         with pytest.raises(InvalidSetting, match="full_scale of 'P'"):
             WaveformFile(path, replace(used, channels=(("1", Channel("P")),)), source="shed").open()
 
+    @pytest.mark.parametrize(("name", "write"), [("a.wav", write_wav), ("a.uff", write_uff)])
+    def test_a_layout_with_another_sample_rate_than_the_file_is_refused(
+        self, tmp_path: Path, name: str, write: Writer
+    ) -> None:
+        path = tmp_path / name
+        used = recorded(write, path)
+        assert read_recording(path, replace(used, sample_rate_hz=RATE)).sample_rate_hz == pytest.approx(RATE)
+        with pytest.raises(UnreadableFile, match=r"sampled at 640 Hz, the layout says sample_rate_hz 1280"):
+            read_recording(path, replace(used, sample_rate_hz=2 * RATE))
+
     @pytest.mark.parametrize("raw", [{"raw_quantity": "velocity", "raw_unit": "mm/s"}, {"raw_unit": "g"}])
     def test_a_universal_file_that_states_another_unit_is_refused(self, tmp_path: Path, raw: dict[str, Any]) -> None:
         path = tmp_path / "a.uff"
@@ -136,6 +146,7 @@ class TestUnits:
             {"channels": ()},
             {"channels": (("1", Channel("P")), ("2", Channel("P")))},
             {"sample_rate_hz": 0.0},
+            {"sample_rate_hz": RATE, "time": "t"},
         ):
             with pytest.raises(InvalidSetting):
                 layout(("1", "2", "3"), **changes)
