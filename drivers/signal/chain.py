@@ -64,7 +64,9 @@ class Settings:
         require(1 <= self.harmonics <= 20, f"harmonics {self.harmonics}", "be within 1 and 20")
         if self.band_hz is not None:
             low, high = self.band_hz
-            require(0.0 < low < high < math.inf, f"band_hz {self.band_hz}", "be two frequencies, the lower above 0")
+            require(
+                0.0 < low < high < math.inf, f"band_hz {self.band_hz}", "be two frequencies above 0, the lower first"
+            )
         if self.nominal_rpm is not None:
             require(0.0 < self.nominal_rpm < math.inf, f"nominal_rpm {self.nominal_rpm}", "be a number above 0")
 

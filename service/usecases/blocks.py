@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -41,11 +41,9 @@ def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
     with work.read() as store:
         machine = readings.machine_behind(store, raw.source, raw.session_id)
     try:
-        outcomes = measure(_block(raw, machine), _settings(raw, machine))
+        outcomes = _outcomes(raw, machine)
     except SignalRefused as refused:
         raise _nothing(refused.code, str(refused)) from refused
-    except InvalidSetting as wrong:
-        raise InvalidInput(str(wrong), advice="correct the block and send it again") from wrong
     numbered = list(enumerate(outcomes, start=raw.sequence))
     found = {number: one for number, one in numbered if isinstance(one, Measured)}
     if not found:
@@ -64,6 +62,24 @@ def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
         ),
         directions=directions,
     )
+
+
+def _outcomes(raw: RawBlock, machine: Machine) -> Sequence[Measured | Refusal]:
+    with _naming("band_hz", raw.band_hz):
+        settings = _settings(raw, machine)
+    with _naming("channels", [one.sensor for one in raw.channels]):
+        return measure(_block(raw, machine), settings)
+
+
+@contextmanager
+def _naming(field: str, value: object) -> Iterator[None]:
+    """A block in which what breaks a rule of the signal chain is this field."""
+    try:
+        yield
+    except InvalidSetting as wrong:
+        raise InvalidInput(
+            str(wrong), field=field, value=value, advice="correct the block and send it again"
+        ) from wrong
 
 
 def _store(
@@ -140,19 +156,35 @@ def _edges(raw: RawBlock) -> Floats:
     tachometer = raw.tachometer
     if (tachometer is None) == (raw.edges_s is None):
         raise InvalidInput(
-            "a block needs its key-phasor once: edges_s or tachometer",
+            "a block needs its key-phasor once: edges_s or tachometer, and "
+            f"{'neither was' if tachometer is None else 'both were'} given",
             field="edges_s",
             advice="send the times of the edges, or the signal they are to be found in",
         )
     if tachometer is None:
-        return np.array(raw.edges_s, float)
-    return find_edges(
-        _array(tachometer.samples),
-        raw.sample_rate_hz,
-        slope=tachometer.slope,
-        threshold=tachometer.threshold,
-        hysteresis=tachometer.hysteresis,
-    )
+        edges = np.array(raw.edges_s, float)
+        _require_increasing(edges)
+        return edges
+    with _naming("tachometer", None):
+        return find_edges(
+            _array(tachometer.samples),
+            raw.sample_rate_hz,
+            slope=tachometer.slope,
+            threshold=tachometer.threshold,
+            hysteresis=tachometer.hysteresis,
+        )
+
+
+def _require_increasing(edges: Floats) -> None:
+    back = np.flatnonzero(np.diff(edges) <= 0.0)
+    if len(back):
+        index = int(back[0]) + 1
+        raise InvalidInput(
+            f"edges_s[{index}] is {edges[index]:g}, not after {edges[index - 1]:g} before it",
+            field=f"edges_s[{index}]",
+            value=float(edges[index]),
+            advice="state the time of each edge once, in the order they came",
+        )
 
 
 def _array(samples: Samples) -> Floats:

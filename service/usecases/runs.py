@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from db.documents.base import to_plain
 from db.documents.machine import Machine
 from db.documents.run import MassOnRotor, Run, RunPatch, RunReading, RunRequest
 from db.rows import PlanRow, RunRow, SessionRow
@@ -117,10 +118,11 @@ def _masses(store: Store, session: SessionRow, request: RunRequest) -> tuple[Mas
 
 def _readings(store: Store, session: SessionRow, request: RunRequest) -> tuple[RunReading, ...]:
     if (request.readings is None) == (request.take is None):
+        both = request.take is not None
         raise InvalidInput(
-            "a run has either readings or take",
+            f"a run has either readings or take, and {'both were' if both else 'neither was'} given",
             field="readings",
-            value=None,
+            value=to_plain(request.readings) if both else None,
             advice="state readings:[{sensor, amplitude, phase_deg}], or take:{source, from, to}",
         )
     if request.take is not None:

@@ -397,6 +397,12 @@ def test_a_body_that_is_no_document(
     shared_shop.refused("POST", Template(path).substitute(names), body, 422, code)
 
 
+def test_a_run_with_both_readings_and_take_is_told_so(shared_shop: Workshop, names: dict[str, str]) -> None:
+    problem = refuse(shared_shop, names, "POST", RUN, {**INITIAL, "take": TAKE}, 422, "invalid_input")
+    assert problem["detail"] == "a run has either readings or take, and both were given"
+    assert "amplitude" in str(problem["value"])
+
+
 @pytest.mark.parametrize("stated", [None, "text/plain", "application/x-www-form-urlencoded", "application/jsonp"])
 def test_a_body_that_is_not_declared_as_json(shared_shop: Workshop, stated: str | None) -> None:
     before = shared_shop.rows()

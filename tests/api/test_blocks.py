@@ -206,6 +206,21 @@ class TestRefusals:
     def test_with_the_reason(self, shop: Workshop, machine: str, changes: dict[str, Any], code: str) -> None:
         shop.refused("POST", "/blocks", body(simulated(threshing_drum_example()), **changes), 422, code)
 
+    @pytest.mark.parametrize(
+        ("changes", "field", "value"),
+        [
+            ({"edges_s": [0.1, 0.2, 0.2, 0.5]}, "edges_s[2]", 0.2),
+            ({"band_hz": [20.0, 10.0]}, "band_hz", [20.0, 10.0]),
+            ({"channels": [silent("P", 9), silent("P", 9)]}, "channels", ["P", "P"]),
+        ],
+    )
+    def test_with_the_field_and_its_value(
+        self, shop: Workshop, machine: str, changes: dict[str, Any], field: str, value: object
+    ) -> None:
+        sent = body(simulated(threshing_drum_example()), **changes)
+        problem = shop.refused("POST", "/blocks", sent, 422, "invalid_input")
+        assert (problem["field"], problem["value"]) == (field, value)
+
     def test_an_unbound_source(self, shop: Workshop) -> None:
         sent = body(simulated(threshing_drum_example()), source="nobody")
         shop.refused("POST", "/blocks", sent, 404, "source_not_bound")

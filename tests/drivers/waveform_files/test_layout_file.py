@@ -65,7 +65,7 @@ WRONG = [
     ("block_s = 2", 'block_s = "2"', 4, "has block_s '2', which is of the wrong kind"),
     ("block_s = 2", "block_s = true", 4, "wrong kind"),
     ("[10, 1000]", "[10]", 7, "state two frequencies"),
-    ("[10, 1000]", "[1000, 10]", None, "band_hz .*the lower above 0"),
+    ("[10, 1000]", "[1000, 10]", None, "band_hz .*the lower first"),
     ('raw_unit = "g"', 'raw_unit = "stone"', 9, "raw_unit 'stone' of acceleration .*be one of m/s2, g"),
     ('sensor = "right"', "", 15, "has no sensor"),
     ('sensor = "right"', 'sensor = "left"', None, "left"),
