@@ -77,7 +77,10 @@ def restore(path: Path, opened: Callable[[], Database]) -> dict[str, int]:
 
 def _copy_of(path: Path, copy: Database) -> None:
     """The backup in a copy, brought up to date and found whole: nothing is opened for one that cannot be read."""
-    with closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as source, copy.engine.connect() as held:
+    # Reading a file that keeps a log, SQLite makes one beside it, unless it is told that nobody writes.
+    alone = "" if path.with_name(f"{path.name}-wal").exists() else "&immutable=1"
+    address = f"{path.absolute().as_uri()}?mode=ro{alone}"
+    with closing(sqlite3.connect(address, uri=True)) as source, copy.engine.connect() as held:
         source.backup(_driver(held))
     revision = migrate.present_revision(copy)
     if revision is None:

@@ -70,12 +70,13 @@ def test_a_backup_is_written_once_and_restored_into_what_is_empty(
     assert not new.parent.exists()
 
 
-def changed(statement: str) -> Callable[[Path], None]:
-    """Change a backup by a statement of SQL."""
+def changed(*statements: str) -> Callable[[Path], None]:
+    """Change a backup by statements of SQL."""
 
     def change(file: Path) -> None:
-        with closing(sqlite3.connect(file)) as connection, connection:
-            connection.execute(statement)
+        with closing(sqlite3.connect(file, isolation_level=None)) as connection:
+            for statement in statements:
+                connection.execute(statement)
 
     return change
 
@@ -92,8 +93,9 @@ def zero_the_last_page(file: Path) -> None:
         (changed("DROP TABLE session"), "no such table"),
         (changed("DELETE FROM machine"), "it is damaged: a row of table"),
         (zero_the_last_page, "it is damaged: "),
+        (changed("PRAGMA journal_mode=WAL", "DELETE FROM machine"), "it is damaged: "),
     ],
-    ids=["newer", "table gone", "rows gone", "page gone"],
+    ids=["newer", "table gone", "rows gone", "page gone", "with a log"],
 )
 def test_a_backup_that_cannot_be_restored_makes_no_database(
     url: str, sessions: list[str], tmp_path: Path, change: Callable[[Path], None], words: str
@@ -106,6 +108,7 @@ def test_a_backup_that_cannot_be_restored_makes_no_database(
     assert (refused.value.code == "schema_out_of_date") == ("9999" in words)
     assert "sqlalche.me" not in str(refused.value)
     assert not new.parent.exists()
+    assert not list(tmp_path.glob("backup.db-*"))
 
 
 def test_a_backup_holds_neither_token_nor_cookie(url: str, tmp_path: Path) -> None:
