@@ -35,6 +35,18 @@ def main() -> None:
         _tell(error.message, error.advice)
     except DriverError as error:
         _tell(str(error), None)
+    except Exception as error:
+        _tell_of_database(error)
+        raise
+
+
+def _tell_of_database(error: Exception) -> None:
+    """Tell in the engine's own words that it failed amidst a command: a damaged file, a lost link, a full disk."""
+    from sqlalchemy.exc import DatabaseError, OperationalError
+
+    if type(error) in (DatabaseError, OperationalError):
+        reason = getattr(error, "orig", error)
+        _tell(f"the database failed: {reason}", "see that it can be reached; restore a damaged one from a backup")
 
 
 def _tell(message: str, advice: str | None) -> None:

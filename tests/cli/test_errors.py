@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import socket
+import sqlite3
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from service.cli import main
+from tests.engines import engine_named
 
 
 def told(arguments: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> str:
@@ -35,6 +38,22 @@ def test_addresses(
     said = told(arguments, monkeypatch, capsys)
     assert word in said
     assert "what to do:" in said
+
+
+def test_a_database_that_is_damaged_is_told_in_the_words_of_its_engine(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url = engine_named("sqlite").migrated(tmp_path)
+    file = Path(url.removeprefix("sqlite:///"))
+    with closing(sqlite3.connect(file)) as connection:
+        (page,) = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'token'").fetchone()
+        (size,) = connection.execute("PRAGMA page_size").fetchone()
+    with file.open("r+b") as contents:
+        contents.seek((page - 1) * size)
+        contents.write(bytes([7]) * size)
+    said = told(["token", "list", "--database-url", url], monkeypatch, capsys)
+    assert said.startswith("drumtrue: the database failed: database disk image is malformed\n")
+    assert "sqlalche.me" not in said
 
 
 def test_a_port_that_is_taken(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
