@@ -27,6 +27,8 @@ _LOCK = 7_325_118
 _PARTS = (RunRow, CorrectionRow, PlanRow, StopRow)
 _UNTOLD = frozenset({"audit", "login", "idempotency"})
 """Tables without history: itself, browsers that come and go, keys of requests."""
+KINDS = frozenset(Base.metadata.tables) - _UNTOLD - {StockBalanceRow.__tablename__}
+"""What an entry may be about: the names of the tables with history."""
 _KEPT_OUT = frozenset({"token.digest", "session.version", "plan.version"})
 """What is secret, or counted from the history itself."""
 

@@ -41,6 +41,8 @@ Name = Annotated[
 ]
 Key = Annotated[str, StringConstraints(pattern=r"^[0-9A-Za-z_.-]{1,32}$")]
 Text = Annotated[str, StringConstraints(max_length=2000, pattern=r"^[^\x00]*$")]
+Reason = Annotated[str, StringConstraints(min_length=1, max_length=2000, strip_whitespace=True, pattern=r"^[^\x00]*$")]
+"""A text that says something."""
 Positive = Annotated[float, Ge(1e-9), Le(1e9)]
 Scatter = Annotated[float, Ge(1e-15), Le(1e9)]
 """Of a displacement in m it is far below any other positive number."""

@@ -16,9 +16,9 @@ from db.documents.base import (
     Name,
     NotNegative,
     Positive,
+    Reason,
     Scatter,
     Sequence,
-    Text,
     document,
 )
 from db.documents.diagnostic import Diagnostic
@@ -95,7 +95,7 @@ class RunPatch:
 
     excluded: bool
     """True: the run no longer enters the fit."""
-    reason: Text
+    reason: Reason
     """Why."""
 
 

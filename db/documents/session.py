@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Annotated, Literal
 
-from pydantic import AwareDatetime
+from pydantic import AwareDatetime, BeforeValidator
 
 from db.documents.base import MAX_LIST, AngleDeg, Count, Key, Name, Positive, Text, document
 from db.documents.correction import Correction
@@ -49,11 +49,17 @@ class SessionRequest:
     """Pieces on the as-found rotor that a plan may move or take off."""
 
 
+def _not_reopened(state: object) -> object:
+    if state in ("open", "corrected", "planned", "fitted", "checked"):
+        raise ValueError("a state but closed follows from what is stored, and a closed session cannot be reopened")
+    return state
+
+
 @document
 class SessionPatch:
     """Change what may be changed of a session; a closed one may not."""
 
-    state: Literal["closed"] | None = None
+    state: Annotated[Literal["closed"] | None, BeforeValidator(_not_reopened)] = None
     """closed: nothing more is added or changed."""
     catalogue_id: Name | None = None
     """Another box of stock masses; refused while a plan is fitted."""

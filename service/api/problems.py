@@ -20,10 +20,33 @@ from service.errors import DrumtrueError, Stale
 MEDIA_TYPE = "application/problem+json"
 _ADVICE = {
     "json_invalid": "send the body as JSON text in UTF-8",
-    "missing": "state the field",
     "finite_number": "send a finite number; leave out what was not measured",
     "unexpected_keyword_argument": "leave the field out; the API document lists the fields that are known",
 }
+_NUMBER, _LIST = "send a number within the limits", "send as many entries as are allowed"
+_RULES: dict[str, tuple[str, str]] = {
+    "missing": ("this field is required", "state the field"),
+    "unexpected_keyword_argument": ("there is no such field here", _ADVICE["unexpected_keyword_argument"]),
+    "string_pattern_mismatch": ("the text has characters that {pattern} does not allow", "leave these characters out"),
+    "string_too_short": ("the text must have at least {min_length} characters", "write something here"),
+    "string_too_long": ("the text must have at most {max_length} characters", "shorten the text"),
+    "too_short": ("the list must have at least {min_length} entries", _LIST),
+    "too_long": ("the list must have at most {max_length} entries", _LIST),
+    "greater_than": ("the number must be greater than {gt}", _NUMBER),
+    "greater_than_equal": ("the number must be at least {ge}", _NUMBER),
+    "less_than": ("the number must be less than {lt}", _NUMBER),
+    "less_than_equal": ("the number must be at most {le}", _NUMBER),
+    "literal_error": ("the value must be {expected}", "send {expected}"),
+    "float_type": ("a number is needed here", "send a number, without quotation marks"),
+    "int_type": ("a whole number is needed here", "send a whole number, without quotation marks"),
+    "int_from_float": ("a whole number is needed here", "send a whole number"),
+    "string_type": ("a text is needed here", "send a text in quotation marks"),
+    "bool_type": ("true or false is needed here", "send true or false, without quotation marks"),
+    "tuple_type": ("a list is needed here", "send a list: [...]"),
+    "list_type": ("a list is needed here", "send a list: [...]"),
+    "dataclass_type": ("an object with named fields is needed here", "send an object: {{...}}"),
+}
+"""What a rule of pydantic asks for, and what to do, in the words of a reader; its limits stand in braces."""
 _LONGEST_VALUE = 200
 _MOST_ERRORS = 20
 
@@ -161,13 +184,20 @@ def _http(_request: Request, error: Exception) -> JSONResponse:
 def _entry(error: Mapping[str, Any]) -> dict[str, Any]:
     rule = str(error["type"])
     value = None if rule in ("missing", "json_invalid") else safe(error.get("input"))
+    limits = {name: _limit(limit) for name, limit in (error.get("ctx") or {}).items()}
+    detail, advice = _RULES.get(rule, ("", ""))
     return {
         "field": _path(error.get("loc", ())),
-        "detail": str(error["msg"]),
+        "detail": detail.format(**limits) or str(error["msg"]).removeprefix("Value error, "),
         "value": value,
         "rule": rule,
-        "advice": _ADVICE.get(rule) or "send a value that keeps the rule",
+        "advice": advice.format(**limits) or _ADVICE.get(rule) or "look up in the API document what the field may hold",
     }
+
+
+def _limit(limit: object) -> str:
+    """A limit as it is read: 1000000000, not 1000000000.0."""
+    return f"{limit:.15g}" if isinstance(limit, float) else str(limit)
 
 
 def _path(location: Sequence[str | int]) -> str | None:

@@ -170,7 +170,7 @@ class _ValidatedRequest(Request):
         try:
             return self._validate(await self.body())
         except ValidationError as wrong:
-            raise InvalidBody(wrong.errors(include_url=False, include_context=False)) from None
+            raise InvalidBody(wrong.errors(include_url=False)) from None
 
 
 def _validator(annotation: Any) -> Validator:

@@ -55,7 +55,13 @@ def change(work: Work, catalogue_id: str, patch: CataloguePatch) -> StoredCatalo
                 raise name_taken("catalogue", patch.name)
             row.name = patch.name
         for kind, pieces in (("received", patch.received), ("counted", patch.counted)):
-            stock.book(store, row, _counted_items(row.items, pieces, kind), kind=kind, at=work.now())
+            stock.book(
+                store,
+                row,
+                _counted_items(row.items, pieces, kind, may_be_none=kind == "counted"),
+                kind=kind,
+                at=work.now(),
+            )
         return _view(work, store, row)
 
 
@@ -73,12 +79,14 @@ def book(work: Work, catalogue_id: str, booking: StockBooking) -> Stock:
     """
     with work.write() as store:
         row = require(store, CatalogueRow, catalogue_id, lock=True)
-        pieces = _counted_items(row.items, booking.pieces, "pieces")
+        pieces = _counted_items(row.items, booking.pieces, "pieces", may_be_none=booking.kind == "counted")
         stock.book(store, row, pieces, kind=booking.kind, at=work.now(), note=booking.note)
         return _stock(work, store, row, FIRST_PAGE, 0)
 
 
-def _counted_items(items: Sequence[CatalogueItem], pieces: Sequence[Pieces], field: str) -> dict[int, int]:
+def _counted_items(
+    items: Sequence[CatalogueItem], pieces: Sequence[Pieces], field: str, *, may_be_none: bool
+) -> dict[int, int]:
     out: dict[int, int] = {}
     for index, entry in enumerate(pieces):
         item = item_of(items, entry.mass_g, f"{field}[{index}].mass_g")
@@ -88,6 +96,13 @@ def _counted_items(items: Sequence[CatalogueItem], pieces: Sequence[Pieces], fie
                 field=f"{field}[{index}].mass_g",
                 value=entry.mass_g,
                 advice="book each counted mass once",
+            )
+        if entry.pieces == 0 and not may_be_none:
+            raise InvalidInput(
+                f"0 pieces of {entry.mass_g:g} g are no movement",
+                field=f"{field}[{index}].pieces",
+                value=0,
+                advice="state how many pieces moved, or leave this mass out; to find none, book them as counted",
             )
         out[item] = entry.pieces
     return out

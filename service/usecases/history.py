@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from db.chain import BEGIN, FORMAT, link
 from db.documents.history import Finding, HistoryEntry, Verdict
+from db.history import KINDS
 from db.rows import AuditRow, CatalogueRow, SessionRow
 from db.store import Store
 from service.errors import InvalidInput
@@ -24,7 +25,14 @@ def of_session(work: Work, session_id: str, limit: int, offset: int) -> tuple[Hi
 def find(
     work: Work, limit: int, offset: int, *, kind: str | None = None, key: str | None = None, actor: str | None = None
 ) -> tuple[HistoryEntry, ...]:
-    """Changes, newest first: all, of one kind of thing, of one thing, by one actor."""
+    """Changes, newest first: all, of one kind of thing, of one thing, by one actor. Raises InvalidInput."""
+    if kind is not None and kind not in KINDS:
+        raise InvalidInput(
+            f"there is no history of {kind!r}",
+            field="kind",
+            value=kind,
+            advice=f"use one of {', '.join(sorted(KINDS))}",
+        )
     with work.read() as store:
         return tuple(_entry(row) for row in store.history(limit, offset, kind=kind, key=key, actor=actor))
 

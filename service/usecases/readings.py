@@ -109,7 +109,11 @@ def sources(work: Work) -> tuple[Source, ...]:
 def of_source(
     work: Work, name: str, since: datetime | None, until: datetime | None, limit: int, offset: int
 ) -> tuple[StoredReading, ...]:
-    """Raw readings of a bound source with what was found beside them, newest first. Raises NotFound."""
+    """Raw readings of a bound source with what was found beside them, newest first. Raises NotFound, InvalidInput."""
+    if since is not None and until is not None and since > until:
+        raise InvalidInput(
+            "the first moment lies after the last", field="from", value=since.isoformat(), advice="swap from and to"
+        )
     with work.read() as store:
         require(store, SourceRow, name)
         rows = store.readings_of(name, since, until, limit, offset)
