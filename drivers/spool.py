@@ -29,7 +29,7 @@ PAGE_BYTES = 4096
 LEAST_BYTES = 32 * PAGE_BYTES
 FORMAT = 1
 READING, ANSWER = 0, 1
-MOST_HELD = 20_000
+MOST_HELD = 100_000
 """Entries that are held in memory besides, so that what is sent soon need not be read back."""
 
 _SCHEMA = """
