@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from datetime import datetime
 from typing import Any
 
@@ -140,7 +141,9 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
         )
     receipt: Receipt
     if len(readings) > FEW or work.joined is not None:
-        with work.write() as store:
+        # A unit of work that is joined has begun: who waits within it would keep others from ending theirs.
+        turn = work.long_list if work.joined is None else nullcontext()
+        with turn, work.write() as store:
             receipt = _stored(_Targets(store), readings)
     else:
         receipt = work.together.do((work, readings), _store_few)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 import uuid
 from collections.abc import Callable
@@ -36,6 +37,8 @@ class Work:
     """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: a token's name, or local.
 
     together: small batches of readings that come at the same time share a unit of work. turns: to compute a selection.
+    long_list: held while a long list of readings is stored; several at once would be done no sooner, and all that is
+    asked meanwhile would wait for all of them.
     """
 
     database: Database
@@ -47,6 +50,7 @@ class Work:
     meters: Meters = field(default_factory=Meters)
     together: Together[Any, Any] = field(default_factory=Together)
     turns: Turns = field(default_factory=Turns)
+    long_list: threading.Lock = field(default_factory=threading.Lock)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
     """A unit of work under way that `write` joins: whoever began it ends it."""
     seen: int | None = None
