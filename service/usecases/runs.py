@@ -120,7 +120,7 @@ def _readings(store: Store, session: SessionRow, request: RunRequest) -> tuple[R
     if (request.readings is None) == (request.take is None):
         both = request.take is not None
         raise InvalidInput(
-            f"a run has either readings or take, and {'both were' if both else 'neither was'} given",
+            "a run has either readings or take, not both" if both else "a run has either readings or take",
             field="readings",
             value=to_plain(request.readings) if both else None,
             advice="state readings:[{sensor, amplitude, phase_deg}], or take:{source, from, to}",

@@ -399,7 +399,7 @@ def test_a_body_that_is_no_document(
 
 def test_a_run_with_both_readings_and_take_is_told_so(shared_shop: Workshop, names: dict[str, str]) -> None:
     problem = refuse(shared_shop, names, "POST", RUN, {**INITIAL, "take": TAKE}, 422, "invalid_input")
-    assert problem["detail"] == "a run has either readings or take, and both were given"
+    assert problem["detail"] == "a run has either readings or take, not both"
     assert "amplitude" in str(problem["value"])
 
 
