@@ -105,7 +105,7 @@ def test_a_reader_ends_with_whoever_started_it(adapter: Adapter) -> None:
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
     assert (ran.returncode, ran.stdout.strip().isdigit()) == (-9, True), ran.stderr
     end = time.monotonic() + 10.0
-    while adapter.said[-1] != "C":  # it shut the channel on its way out
+    while list(adapter.said)[-1:] != ["C"]:  # it shut the channel on its way out
         assert time.monotonic() < end, adapter.said
         time.sleep(0.01)
 
