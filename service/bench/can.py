@@ -41,7 +41,7 @@ from drivers.spool import Spool
 from service import bootstrap
 from service.bench.timing import show
 from service.settings import Settings
-from service.usecases import machines, readings
+from service.usecases import machines, sources
 from service.usecases.delivery import IntoDatabase
 
 FULL_BUS = 8_000
@@ -166,7 +166,7 @@ def into_database(prepared: list[can.Message], count: int, rate: int | None) -> 
         database = Path(folder) / "bench.db"
         work = bootstrap.build_work(Settings(database_url=f"sqlite:///{database}"))
         machine = machines.create(work, read_json(Machine, json.dumps(MACHINE)))
-        readings.bind(work, "can", machine.id)
+        sources.bind(work, "can", machine.id)
         try:
             with Spool(Path(folder) / "spool.db") as spool:
                 return _run(prepared, count, rate, database, spool, IntoDatabase(work))

@@ -5,8 +5,10 @@ from __future__ import annotations
 from datetime import datetime
 
 from db.documents.base import document
-from db.documents.run import MassOnRotor
-from db.rows import SessionRow
+from db.documents.run import BalancerAnswer, MassOnRotor
+from db.rows import BalancerAnswerRow, SessionRow
+from service.usecases.rules import check_masses
+from service.usecases.targets import Targets, reused
 from service.usecases.work import Work, require
 
 
@@ -26,6 +28,45 @@ class ListedAnswer:
     """Session it is meant for; null where none was open on the machine."""
     masses: tuple[MassOnRotor, ...]
     """Continuous masses, the total to have on the as-found rotor: g and degrees in the machine's `angle_sense`."""
+
+
+@document
+class StoredAnswer:
+    """A balancer's answer as it is stored."""
+
+    id: str
+    """Identifier, for a correction of source balancer."""
+    session_id: str | None
+    """Session it is meant for."""
+    accepted: bool
+    """False: it was stored before."""
+
+
+def ingest(work: Work, answer: BalancerAnswer) -> StoredAnswer:
+    """Store a balancer's answer once. Raises as readings do."""
+    with work.write() as store:
+        targets = Targets(store)
+        machine_id = targets.machine_of(answer.source, answer.session_id, "session_id")
+        check_masses(targets.machine(machine_id), answer.masses)
+        session_id = answer.session_id or next((s.id for s in store.open_sessions(machine_id)), None)
+        key = (answer.source, answer.sequence)
+        stored = store.known(BalancerAnswerRow, [key]).get(key)
+        if isinstance(stored, BalancerAnswerRow):
+            same_session = answer.session_id in (None, stored.session_id)
+            if not same_session or (stored.taken_at, stored.masses) != (answer.taken_at, answer.masses):
+                raise reused(key, "sequence")
+            return StoredAnswer(id=stored.id, session_id=stored.session_id, accepted=False)
+        row = BalancerAnswerRow(
+            id=work.new_id(),
+            source=answer.source,
+            sequence=answer.sequence,
+            machine_id=machine_id,
+            session_id=session_id,
+            taken_at=answer.taken_at,
+            masses=answer.masses,
+        )
+        store.add(row)
+        return StoredAnswer(id=row.id, session_id=session_id, accepted=True)
 
 
 def of_session(work: Work, session_id: str, limit: int, offset: int) -> tuple[ListedAnswer, ...]:

@@ -27,6 +27,7 @@ from service.usecases.block_documents import (
     Samples,
 )
 from service.usecases.rules import sensor_index
+from service.usecases.targets import machine_behind
 from service.usecases.work import Work
 
 
@@ -39,7 +40,7 @@ def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
     that of `drivers.errors.SignalRefused`), else as `readings.ingest` does.
     """
     with work.read() as store:
-        machine = readings.machine_behind(store, raw.source, raw.session_id)
+        machine = machine_behind(store, raw.source, raw.session_id)
     try:
         outcomes = _outcomes(raw, machine)
     except SignalRefused as refused:

@@ -11,7 +11,7 @@ from drivers.errors import DeliveryFailed, DeliveryRefused
 from drivers.reading import Answer, Reading
 from drivers.spool import Spooled
 from service.errors import DrumtrueError
-from service.usecases import readings
+from service.usecases import answers, readings
 from service.usecases.work import Work
 
 
@@ -30,7 +30,7 @@ class IntoDatabase:
                 readings.ingest(self._work, values)
             for entry in entries:
                 if isinstance(entry, Answer):
-                    readings.ingest_answer(self._work, _answer(entry))
+                    answers.ingest(self._work, _answer(entry))
         except DrumtrueError as error:
             if error.status >= 500:
                 raise DeliveryFailed(error.message) from error

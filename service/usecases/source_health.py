@@ -7,7 +7,7 @@ from datetime import datetime
 from itertools import pairwise
 
 from db.documents.base import document
-from service.usecases.readings import Source, sources
+from service.usecases.sources import Source, bound
 from service.usecases.work import Work
 
 LOOKED_AT = 200
@@ -32,10 +32,10 @@ class SourceHealth(Source):
 
 def health(work: Work) -> tuple[SourceHealth, ...]:
     """Bound sources with how well they are heard, by name."""
-    bound = sources(work)
+    mounted = bound(work)
     with work.read() as store:
-        latest = [store.latest_of(source.name, LOOKED_AT) for source in bound]
-    return tuple(_of(source, found) for source, found in zip(bound, latest, strict=True))
+        latest = [store.latest_of(source.name, LOOKED_AT) for source in mounted]
+    return tuple(_of(source, found) for source, found in zip(mounted, latest, strict=True))
 
 
 def _of(source: Source, found: Sequence[tuple[int, datetime]]) -> SourceHealth:

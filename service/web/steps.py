@@ -14,7 +14,7 @@ from db.documents.plan import Plan
 from db.documents.run import MassOnRotor
 from db.documents.stop import Stop
 from service.errors import DrumtrueError, InvalidInput
-from service.usecases import catalogues, influence, mapping, plans, readings, reports
+from service.usecases import catalogues, influence, mapping, plans, reports, sources
 from service.usecases.rules import highest_speed
 from service.web import illustrations
 from service.web.forms import Form
@@ -271,7 +271,7 @@ def _entry(page: Page, guide: Guide) -> dict[str, Any]:
     """What a run is taken with: the live values, and a dial for each sensor."""
     if guide.step not in RUN_STEPS or guide.session.state == "closed":
         return {}
-    sourced = any(source.machine_id == guide.session.machine_id for source in readings.sources(page.work))
+    sourced = any(source.machine_id == guide.session.machine_id for source in sources.bound(page.work))
     return {"sourced": sourced, "dials": illustrations.dials(guide.session, scales(guide), page.preferences)}
 
 

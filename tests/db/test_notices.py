@@ -16,7 +16,8 @@ from db.database import Database
 from db.rows import SourceRow
 from drivers.reading import Reading
 from service.usecases.news import news
-from service.usecases.readings import bind, ingest
+from service.usecases.readings import ingest
+from service.usecases.sources import bind
 from tests.api.workshop import Workshop
 
 SOON_S = 20.0

@@ -12,9 +12,10 @@ from db.documents.run import BalancerAnswer
 from drivers.reading import Reading
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
 from service.api.routing import StrictRoute
-from service.usecases import answers, readings
-from service.usecases.answers import ListedAnswer
-from service.usecases.readings import Receipt, Source, StoredAnswer, StoredReading
+from service.usecases import answers, readings, sources
+from service.usecases.answers import ListedAnswer, StoredAnswer
+from service.usecases.readings import Receipt
+from service.usecases.sources import Source, StoredReading
 
 router = APIRouter(route_class=StrictRoute)
 SourceName = Annotated[
@@ -43,7 +44,7 @@ def add_readings(work: WorkDep, body: Annotated[list[Reading], Len(min_length=1)
 @router.post("/balancer-answers", status_code=201, tags=["readings"], responses=errors(404, 409))
 def add_answer(work: WorkDep, answer: BalancerAnswer) -> StoredAnswer:
     """Store the continuous correction masses a balancer computed. Masses in g, angles in degrees."""
-    return readings.ingest_answer(work, answer)
+    return answers.ingest(work, answer)
 
 
 @router.get("/sessions/{session_id}/balancer-answers", tags=["readings"], responses=errors(404))
@@ -55,13 +56,13 @@ def list_answers(work: WorkDep, session_id: Key, limit: Limit = 50, offset: Offs
 @router.get("/sources", tags=["readings"], responses=errors())
 def list_sources(work: WorkDep) -> tuple[Source, ...]:
     """Bound sources, by name. Times in UTC; there is no quantity with a unit."""
-    return readings.sources(work)
+    return sources.bound(work)
 
 
 @router.put("/sources/{name}", tags=["readings"], responses=errors(404))
 def bind_source(work: WorkDep, name: SourceName, binding: Binding) -> Source:
     """Bind a source to the machine it is mounted on. There is no quantity with a unit."""
-    return readings.bind(work, name, binding.machine_id)
+    return sources.bind(work, name, binding.machine_id)
 
 
 @router.get("/sources/{name}/readings", tags=["readings"], responses=errors(404))
@@ -78,4 +79,4 @@ def list_readings(
     Amplitudes in the sensor's unit and detection, phases in degrees in the machine's `phase_sense`, speed in r/min,
     times in UTC. Readings that were rolled up are not listed.
     """
-    return readings.of_source(work, name, since, until, limit, offset)
+    return sources.readings_of(work, name, since, until, limit, offset)

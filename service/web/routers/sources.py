@@ -6,7 +6,7 @@ from fastapi import APIRouter
 from fastapi.responses import HTMLResponse, Response
 
 from service.errors import DrumtrueError
-from service.usecases import machines, readings, source_health
+from service.usecases import machines, source_health, sources
 from service.web.forms import Form, TypedDep
 from service.web.rendering import Page, PageDep
 
@@ -29,7 +29,7 @@ def mount_source(page: PageDep, typed: TypedDep) -> Response:
     name, machine = form.text("name", required=True), form.text("machine_id", required=True)
     if name is not None and machine is not None and form.ok:
         try:
-            readings.bind(page.work, name, machine)
+            sources.bind(page.work, name, machine)
             return page.goto("/sources")
         except DrumtrueError as error:
             form.refused(error)
