@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
+from typing import Literal
 
 import numpy as np
 
@@ -53,6 +54,23 @@ def report(work: Work, session_id: str) -> Report:
         bearing_forces_n=None if plan is None else plan.bearing_forces_n,
         **vars(_of_all_runs(session)),
     )
+
+
+Outcome = Literal["unchecked", "above_limit", "grade_not_reached", "nothing_asked", "reached"]
+
+
+def outcome(report: Report) -> Outcome:
+    """What the session came to, beside what was asked for: every limit, and the balance quality where one is stated."""
+    checked = [line for line in report.before_after if line.after is not None]
+    if not checked:
+        return "unchecked"
+    if any(line.within_limit is False for line in checked):
+        return "above_limit"
+    if report.tolerance is not None and not report.tolerance.within:
+        return "grade_not_reached"
+    if report.tolerance is None and all(line.within_limit is None for line in checked):
+        return "nothing_asked"
+    return "reached"
 
 
 @dataclass(frozen=True)

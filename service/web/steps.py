@@ -254,6 +254,7 @@ def _decide(page: Page, guide: Guide) -> dict[str, Any]:
     report = reports.report(page.work, guide.session.id)
     return {
         "report": report,
+        "outcome": reports.outcome(report),
         "taught": _taught(page, guide),
         "pictures": illustrations.bars(guide.session, report.before_after, page.preferences),
         "vectors": illustrations.vectors(guide.session, None, guide.fitted, page.preferences),

@@ -127,11 +127,19 @@ def test_a_plan_aims_at_what_was_chosen(shop: Workshop, objective: str, unit: st
     assert (plan["request"]["objective"], plan["objective_unit"]) == (objective, unit)
 
 
-@pytest.mark.parametrize(("limit", "heading", "first"), [(1e-3, "Above the limit", "Trim"), (1e3, "within", "Close")])
+@pytest.mark.parametrize(
+    ("limit", "grade", "heading", "first"),
+    [
+        (1e-3, None, "Above the limit", "Trim"),
+        (1e3, None, "within its limits", "Close"),
+        (1e3, 1e-3, "Balance quality not reached", "Trim"),
+        (1e3, 1e3, "within its limits", "Close"),
+    ],
+)
 def test_what_the_heading_asks_for_stands_first_and_closing_asks_again(
-    shop: Workshop, limit: float, heading: str, first: str
+    shop: Workshop, limit: float, grade: float | None, heading: str, first: str
 ) -> None:
-    session = shop.session(shop.machine(vibration_limit_mm_s=limit))
+    session = shop.session(shop.machine(vibration_limit_mm_s=limit, balance_grade_mm_s=grade))
     plan = shop.fit(shop.planned(session))
     shop.run(session, "check", on_rotor(plan["fitted"]))
     page = shop.client.get(f"/sessions/{session}", headers=HTML).text

@@ -8,6 +8,7 @@ from db.documents.plan import Placement, Plan
 from db.documents.report import BeforeAfter, Report
 from db.documents.run import Run
 from db.documents.session import Session
+from service.usecases.reports import Outcome, outcome
 from service.usecases.rules import hole_label, position_index
 from service.web.certificate.facts import DASH, grade
 from service.web.certificate.sheet import Facts, Lines, Mood, Part, Pictures, Table
@@ -22,17 +23,15 @@ MOST_POLAR = 4
 def verdict(report: Report, reader: Reader) -> tuple[str, Mood]:
     """Whether what was asked for is reached, in a sentence."""
     _ = reader.gettext
-    checked = [line for line in report.before_after if line.after is not None]
-    if not checked:
-        return _("Not finished: no check run has been taken."), "open"
-    over = [line.sensor for line in checked if line.within_limit is False]
-    if over:
-        return _("Above the limit: %(sensors)s.") % {"sensors": ", ".join(over)}, "bad"
-    if report.tolerance is not None and not report.tolerance.within:
-        return _("The balance quality asked for is not reached."), "bad"
-    if all(line.within_limit is None for line in checked) and report.tolerance is None:
-        return _("Balanced. No limit was stated."), "open"
-    return _("Balanced: within what was asked for."), "good"
+    over = ", ".join(line.sensor for line in report.before_after if line.within_limit is False)
+    said: dict[Outcome, tuple[str, Mood]] = {
+        "unchecked": (_("Not finished: no check run has been taken."), "open"),
+        "above_limit": (_("Above the limit: %(sensors)s.") % {"sensors": over}, "bad"),
+        "grade_not_reached": (_("The balance quality asked for is not reached."), "bad"),
+        "nothing_asked": (_("Balanced. No limit was stated."), "open"),
+        "reached": (_("Balanced: within what was asked for."), "good"),
+    }
+    return said[outcome(report)]
 
 
 def before_after(machine: Machine, lines: tuple[BeforeAfter, ...], reader: Reader) -> tuple[Part, ...]:
