@@ -115,6 +115,7 @@ class SessionRow(Base):
     __tablename__ = "session"
     __table_args__ = (
         Index(None, "machine_id", "created_at"),
+        Index(None, "state", "created_at"),
         Index(
             "ix_session_not_closed", "machine_id", "created_at", sqlite_where=NOT_CLOSED, postgresql_where=NOT_CLOSED
         ),
@@ -125,7 +126,7 @@ class SessionRow(Base):
     machine_name: Mapped[str] = mapped_column(String(100))
     machine: Mapped[Machine] = mapped_column(Document(Machine, recurring=True))
     catalogue_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("catalogue.id"))
-    state: Mapped[str] = mapped_column(String(16), index=True)
+    state: Mapped[str] = mapped_column(String(16))
     technician: Mapped[str | None] = mapped_column(String(100))
     note: Mapped[str | None] = mapped_column(Text)
     run_out: Mapped[tuple[RunOut, ...]] = mapped_column(Document(tuple[RunOut, ...]))
@@ -164,12 +165,16 @@ class InfluenceRow(Base):
     """What a machine's influence coefficients were after a session; nothing here is ever changed."""
 
     __tablename__ = "influence"
-    __table_args__ = (Index(None, "machine_id", "learned_at"), UniqueConstraint("session_id"))
+    __table_args__ = (
+        Index(None, "machine_id", "learned_at"),
+        Index(None, "machine_type", "machine_id", "learned_at"),
+        UniqueConstraint("session_id"),
+    )
 
     id: Mapped[str] = mapped_column(_KEY, primary_key=True)
     machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
     session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
-    machine_type: Mapped[str | None] = mapped_column(String(100), index=True)
+    machine_type: Mapped[str | None] = mapped_column(String(100))
     learned_at: Mapped[datetime] = mapped_column(UtcTime)
     learned: Mapped[LearnedInfluence] = mapped_column(Document(LearnedInfluence))
 
@@ -300,6 +305,7 @@ class AuditRow(Base):
     __table_args__ = (
         UniqueConstraint("number"),
         Index(None, "session_id", "id"),
+        Index(None, "kind", "id"),
         Index(None, "kind", "key", "id"),
         Index(None, "actor", "id"),
     )
@@ -332,7 +338,11 @@ class BalancerAnswerRow(Base):
     """Continuous masses that a balancer computed; idempotent like a reading."""
 
     __tablename__ = "balancer_answer"
-    __table_args__ = (UniqueConstraint("source", "sequence"), Index(None, "session_id", "taken_at"))
+    __table_args__ = (
+        UniqueConstraint("source", "sequence"),
+        Index(None, "machine_id", "taken_at"),
+        Index(None, "session_id", "taken_at"),
+    )
 
     id: Mapped[str] = mapped_column(_KEY, primary_key=True)
     source: Mapped[str] = mapped_column(String(100))

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from sqlalchemy import insert, or_, select
+from sqlalchemy import func, insert, or_, select
+from sqlalchemy.orm import aliased
 
 from db.notices import stream
 from db.queries.base import Queries
@@ -115,10 +116,22 @@ class Records(Queries):
         """What a session taught."""
         return self._session.scalars(select(InfluenceRow).where(InfluenceRow.session_id == session_id)).one_or_none()
 
-    def influences_of_type(self, machine_type: str) -> Sequence[InfluenceRow]:
-        """All coefficients of machines of a type, latest first."""
+    def latest_influences_of_type(self, machine_type: str) -> Sequence[InfluenceRow]:
+        """The latest coefficients of each machine of a type, latest first."""
+        # From one machine to the next by the index: a machine learns in every session, and only its last word counts.
+        of_type = InfluenceRow.machine_type == machine_type
+        first = select(func.min(InfluenceRow.machine_id).label("id")).where(of_type).cte("taught", recursive=True)
+        following = select(func.min(InfluenceRow.machine_id)).where(of_type, InfluenceRow.machine_id > first.c.id)
+        taught = first.union_all(select(following.scalar_subquery()).where(first.c.id.is_not(None)))
+        earlier = aliased(InfluenceRow)
+        latest = (
+            select(earlier.id)
+            .where(earlier.machine_type == machine_type, earlier.machine_id == taught.c.id)
+            .order_by(earlier.learned_at.desc(), earlier.id)
+            .limit(1)
+        )
         return self._session.scalars(
             select(InfluenceRow)
-            .where(InfluenceRow.machine_type == machine_type)
+            .join(taught, InfluenceRow.id == latest.scalar_subquery())
             .order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id)
         ).all()

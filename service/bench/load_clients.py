@@ -34,10 +34,10 @@ class Connection:
     def __init__(self, url: str) -> None:
         self._http = http.client.HTTPConnection(urlsplit(url).netloc, timeout=60)
 
-    def ask(self, method: str, path: str, body: bytes | None = None) -> bytes:
+    def ask(self, method: str, path: str, body: bytes | None = None, prefix: str = PREFIX) -> bytes:
         """The body of the answer. Raises ValueError for one that is no success."""
         headers = {} if body is None else {"content-type": "application/json"}
-        self._http.request(method, PREFIX + path, body, headers)
+        self._http.request(method, prefix + path, body, headers)
         answer = self._http.getresponse()
         text = answer.read()
         if answer.status >= 300:

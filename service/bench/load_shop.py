@@ -19,7 +19,7 @@ PLAN = {"objective": "residual_vibration", "method": "certified", "time_limit_s"
 
 
 def open_shop(connection: Connection, sources: list[str]) -> dict[str, str]:
-    """A machine with these sources bound to it, a box and a session with three runs and a correction: their ids."""
+    """A machine with these sources, a box, a session with three runs that taught it, and a correction: their ids."""
     machine = connection.post("/machines", _machine())["id"]
     for source in sources:
         connection.ask("PUT", f"/sources/{source}", f'{{"machine_id": "{machine}"}}'.encode())
@@ -29,6 +29,7 @@ def open_shop(connection: Connection, sources: list[str]) -> dict[str, str]:
     for body in runs():
         connection.post(f"/sessions/{session}/runs", body)
     correction = connection.post(f"/sessions/{session}/corrections", {"source": "fit"})["id"]
+    connection.post(f"/machines/{machine}/influence", {"session_id": session})
     return {"machine": machine, "box": box, "session": session, "correction": correction}
 
 
@@ -59,6 +60,7 @@ def _machine() -> dict[str, Any]:
     ends = (("P", -480.0), ("Q", 440.0))
     return {
         "name": "bench",
+        "type": "drum",
         "rotor_mass_kg": 120.0,
         "service_speed_rpm": 460.0,
         "vibration_limit_mm_s": 0.2,

@@ -157,15 +157,12 @@ def _combined(
 
 
 def _typical(store: Store, machine_type: str) -> tuple[Machine, SavedInfluence, int]:
-    latest: dict[str, InfluenceRow] = {}
-    for row in store.influences_of_type(machine_type):
-        latest.setdefault(row.machine_id, row)
-    machines = {key: require(store, MachineRow, key).spec for key in latest}
-    if not machines:
+    latest = store.latest_influences_of_type(machine_type)
+    if not latest:
         raise _too_few(machine_type, 0)
-    first = next(iter(machines.values()))
+    first = require(store, MachineRow, latest[0].machine_id).spec
     rows = tuple(mapping.Channel(sensor, first.service_speed_rpm) for sensor in first.sensors)
-    arrays = [saving.as_arrays(first, row.learned.saved, rows).influence for row in latest.values()]
+    arrays = [saving.as_arrays(first, row.learned.saved, rows).influence for row in latest]
     alike = [a for a in arrays if np.isfinite(a).all()]
     try:
         mean = typical(np.array(alike).reshape(len(alike), len(rows), len(first.planes)))
