@@ -76,6 +76,7 @@ def run(wishes: Wishes, say: Say) -> Outcome:
         instances = [Instance(url, folder / f"service-{number}.log") for number in range(wishes.replicas)]
         stack.enter_context(_running(instances))
         crew = Crew([one.url for one in instances], wishes.bridges, wishes.technicians, wishes.seed)
+        stack.callback(crew.release)  # whatever ends the campaign, its threads must not outlive it
         site = _Site(instances, server, crew, folder, random.Random(wishes.seed), wishes.within_s, say)
         done, not_done = site.campaign(wishes)
         crew.finish(PATIENCE_S)

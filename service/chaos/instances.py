@@ -17,6 +17,7 @@ from service.errors import Unavailable
 
 START_S = 90.0
 STOP_S = 20.0
+LAST_LINES = 5
 FAKETIME = (
     "/usr/lib/x86_64-linux-gnu/faketime/libfaketime.so.1",
     "/usr/lib/aarch64-linux-gnu/faketime/libfaketime.so.1",
@@ -54,8 +55,7 @@ class Instance:
         while not self._answers():
             if self._process.poll() is not None or time.monotonic() > end:
                 raise Unavailable(
-                    f"the service on port {self.port} did not start",
-                    advice=f"see its last words in {self._words}",
+                    f"the service on port {self.port} did not start", advice=f"see what it said: {self._last_words()}"
                 )
             time.sleep(0.05)
 
@@ -77,6 +77,11 @@ class Instance:
             self._process.kill()
             self._process.wait(STOP_S)
         self._process = None
+
+    def _last_words(self) -> str:
+        # Here and now: the folder of a campaign goes with it.
+        said = self._words.read_text(errors="replace").splitlines()
+        return " | ".join(said[-LAST_LINES:]) or "nothing at all"
 
     def _answers(self) -> bool:
         try:

@@ -228,9 +228,15 @@ class Crew:
         end = time.monotonic() + patience_s
         for thread in self._threads:
             thread.join(max(end - time.monotonic(), 0.1))
+        self.release()
+
+    def release(self) -> None:
+        """Let everyone go at once; harmless when they have gone."""
+        self._leaving.set()
         self._over.set()
         for thread in self._threads:
-            thread.join()
+            if thread.is_alive():
+                thread.join()
 
     def _run(self, number: int, worker: Bridge | Technician) -> None:
         caller = Caller(self._urls, self._over.is_set, random.Random(1000 * self._seed + number))
