@@ -21,6 +21,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from db.documents.access import Scope
 from db.documents.correction import Correction
+from db.documents.counters import FrameCounter
 from db.documents.findings import Findings
 from db.documents.influence import LearnedInfluence
 from db.documents.machine import CatalogueItem, Machine
@@ -211,6 +212,16 @@ class SourceRow(Base):
     name: Mapped[str] = mapped_column(String(100), primary_key=True)
     machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
     bound_at: Mapped[datetime] = mapped_column(UtcTime)
+
+
+class SourceMarkRow(Base):
+    """How far the counters of a source's frames were with the readings before; a later mark has a higher number."""
+
+    __tablename__ = "source_mark"
+
+    source: Mapped[str] = mapped_column(String(100), primary_key=True)
+    number: Mapped[int] = mapped_column(BigInteger)
+    counters: Mapped[tuple[FrameCounter, ...]] = mapped_column(Document(tuple[FrameCounter, ...]))
 
 
 class ReadingRow(Base):

@@ -26,7 +26,7 @@ class CanDriver(BaseDriver):
     Times are the host's clock where it moves on, held up by the time that really passed where it is set back. Numbers
     count on by one for each reading and for each that the balancer's counters show to be lost; answers have a count of
     their own. on_answer: called with the balancer's own corrections, on_mark: with how far its counters are, once all
-    readings before were given out; both from the thread that iterates. counters: of an earlier driver's last mark.
+    readings before were given out; both from the thread that iterates. resume: an earlier driver's last mark.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class CanDriver(BaseDriver):
         monotonic: Callable[[], float] = time.monotonic,
         on_answer: Callable[[Answer], None] | None = None,
         on_mark: Callable[[Mark], None] | None = None,
-        counters: Sequence[Counter] = (),
+        resume: Mark | None = None,
         open_with: Callable[[BusAddress], Frames] = open_frames,
     ) -> None:
         super().__init__(source, sequence_start=sequence_start)
@@ -50,7 +50,8 @@ class CanDriver(BaseDriver):
         self._on_answer, self._on_mark = on_answer, on_mark
         self._frames: Frames | None = None
         self._unmarked = False
-        self._resume(counters)
+        self._marks = 0 if resume is None else resume.number
+        self._resume(() if resume is None else resume.counters)
         self._sequence = self._answers = sequence_start - 1
         self._waiting: deque[Reading] = deque()
         self._time = SteadyTime(clock, monotonic)
@@ -139,8 +140,9 @@ class CanDriver(BaseDriver):
             Counter(name, one.count, now - timedelta(seconds=passed - one.at), one.period_s)
             for name, one in self.decoder.counters().items()
         )
+        self._marks += 1
         if self._on_mark is not None:
-            self._on_mark(Mark(self.source, counters))
+            self._on_mark(Mark(self.source, self._marks, counters))
 
     def _resume(self, counters: Sequence[Counter]) -> None:
         now, passed = self._clock.now(), self._monotonic()

@@ -30,7 +30,8 @@ RECORD = struct.Struct("<dIBB8s")
 EXTENDED, NO_DATA = 1, 2
 READY = b"R"
 """The first byte a reader sends: the bus is open."""
-AT_ONCE = 1000 * RECORD.size
+AT_ONCE = 1000
+"""Frames that a reader hands over at once, at most."""
 CLOSE_S = 5.0
 
 
@@ -101,7 +102,7 @@ class FramesApart:
         with self._lock:
             if self._out.closed or not select.select([self._out], [], [], timeout_s)[0]:
                 return ()
-            found = self._out.read(AT_ONCE)
+            found = self._out.read(AT_ONCE * RECORD.size)
         if not found:
             raise BusUnavailable(self._last_words())
         found = self._rest + found

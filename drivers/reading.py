@@ -79,7 +79,8 @@ class Counter:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """How far the counters of a source were when all it said before was read."""
+    """How far the counters of a source were when all it said before was read; a later mark has a higher number."""
 
     source: str
+    number: int
     counters: tuple[Counter, ...]

@@ -27,7 +27,7 @@ from drivers.wire import answer_from_json, answer_to_json, reading_to_json
 
 PAGE_BYTES = 4096
 LEAST_BYTES = 32 * PAGE_BYTES
-FORMAT = 1
+FORMAT = 2
 READING, ANSWER = 0, 1
 MOST_HELD = 100_000
 """Entries that are held in memory besides, so that what is sent soon need not be read back."""
@@ -46,9 +46,10 @@ CREATE TABLE IF NOT EXISTS highest (
 ) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS counter (
     source TEXT NOT NULL, name TEXT NOT NULL, count INTEGER NOT NULL, at REAL NOT NULL, period_s REAL,
-    PRIMARY KEY (source, name)
+    mark INTEGER NOT NULL DEFAULT 0, PRIMARY KEY (source, name)
 ) WITHOUT ROWID;
 """
+_FROM_FORMAT_1 = "ALTER TABLE counter ADD COLUMN mark INTEGER NOT NULL DEFAULT 0;"
 
 
 class Spooled(NamedTuple):
@@ -95,11 +96,12 @@ class Spool(Opened):
             ):
                 self._db.execute(f"PRAGMA {pragma}")
             (version,) = self._db.execute("PRAGMA user_version").fetchone()
-            if version not in (0, FORMAT):
+            if not 0 <= version <= FORMAT:
                 raise SpoolUnusable(
                     f"spool {self.path} is of format {version}, this version reads {FORMAT}: move it away"
                 )
-            self._db.executescript(f"BEGIN EXCLUSIVE; {_SCHEMA} PRAGMA user_version={FORMAT}; COMMIT;")
+            older = _FROM_FORMAT_1 if version == 1 else ""
+            self._db.executescript(f"BEGIN EXCLUSIVE; {older} {_SCHEMA} PRAGMA user_version={FORMAT}; COMMIT;")
             (self._waiting,) = self._db.execute("SELECT count(*) FROM kept").fetchone()
             self._held = None if self._waiting else deque()
             self._last_id = self._newest_id()
@@ -153,8 +155,10 @@ class Spool(Opened):
                     tops = [(kind, source, top) for (kind, source), top in highest.items()]
                     db.executemany("INSERT OR REPLACE INTO highest VALUES (?, ?, ?)", tops)
                 for mark in marks.values():
-                    counters = [(mark.source, c.name, c.count, c.at.timestamp(), c.period_s) for c in mark.counters]
-                    db.executemany("INSERT OR REPLACE INTO counter VALUES (?, ?, ?, ?, ?)", counters)
+                    counters = [
+                        (mark.source, c.name, c.count, c.at.timestamp(), c.period_s, mark.number) for c in mark.counters
+                    ]
+                    db.executemany("INSERT OR REPLACE INTO counter VALUES (?, ?, ?, ?, ?, ?)", counters)
             self._last_id = last
             self._waiting += len(fresh)
             if self._held is not None:
@@ -217,12 +221,17 @@ class Spool(Opened):
             (top,) = db.execute("SELECT max(sequence) FROM highest WHERE source = ?", (source,)).fetchone()
         return -1 if top is None else int(top)
 
-    def counters(self, source: str) -> tuple[Counter, ...]:
-        """How far the counters of a source's frames were with the last that was kept."""
-        query = "SELECT name, count, at, period_s FROM counter WHERE source = ?"
+    def mark(self, source: str) -> Mark | None:
+        """How far the counters of a source's frames were with the last that was kept; None where none ever was."""
+        query = "SELECT name, count, at, period_s, mark FROM counter WHERE source = ?"
         with self._lock, _Transaction(self._connection, self.path) as db:
             rows = db.execute(query, (source,)).fetchall()
-        return tuple(Counter(name, count, datetime.fromtimestamp(at, UTC), period) for name, count, at, period in rows)
+        if not rows:
+            return None
+        counters = (
+            Counter(name, count, datetime.fromtimestamp(at, UTC), period) for name, count, at, period, _ in rows
+        )
+        return Mark(source, max(row[-1] for row in rows), tuple(counters))
 
     def _forget(self, gone: int, first: int, last: int) -> None:
         """Take so many, from id `first` to `last`, out of what is held."""

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from datetime import datetime
-from typing import Any
+from typing import Any, cast
 
-from sqlalchemy import Select, and_, delete, func, insert, or_, select
+from sqlalchemy import CursorResult, Select, and_, delete, func, insert, or_, select, update
 
 from db.bulk import NewReading, insert_new
+from db.documents.counters import FrameCounter
 from db.documents.findings import Findings
 from db.notices import stream
 from db.queries.base import Queries
-from db.rows import BalancerAnswerRow, ReadingFindingsRow, ReadingMinuteRow, ReadingRow, SourceRow
+from db.rows import BalancerAnswerRow, ReadingFindingsRow, ReadingMinuteRow, ReadingRow, SourceMarkRow, SourceRow
 
 _LOOKUP_CHUNK = 400
 """Numbers in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
@@ -37,6 +38,13 @@ class Readings(Queries):
                 told = {"new": added, "last_sequence": last}
                 self._note("sent", ReadingRow.__tablename__, source, told, chained=False)
         return added
+
+    def put_mark(self, source: str, number: int, counters: tuple[FrameCounter, ...]) -> None:
+        """Store how far the counters of a source's frames are, in place of what was stored before."""
+        values = {"number": number, "counters": counters}
+        known = update(SourceMarkRow).where(SourceMarkRow.source == source).values(values)
+        if not cast("CursorResult[Any]", self._session.execute(known)).rowcount:
+            self._session.execute(insert(SourceMarkRow).values(source=source, **values))
 
     def add_findings(self, source: str, taken_at: datetime, found: Mapping[int, Findings]) -> None:
         """Store what was found beside readings of a source, by their numbers; what is stored already stays."""

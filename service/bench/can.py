@@ -1,7 +1,7 @@
 """`drumtrue bench can`: from the bus to the database, beside cantools' bare decode rate as the limit.
 
-The bus is one of its own in the reading process, which hands over frames prepared before: it costs next to nothing and
-loses nothing, as a kernel's buffer does. Every frame is a whole reading, the most work a frame can be.
+The frames are prepared before, and handed over as the process that drains a bus hands them over: this costs next to
+nothing and loses nothing. Every frame is a whole reading, the most work a frame can be. The last part has a real bus.
 """
 
 from __future__ import annotations
@@ -28,13 +28,16 @@ from rich.console import Console
 
 from db.documents.base import read_json
 from db.documents.machine import Machine
-from drivers.bridge import Bridge, HttpSender, Sender
+from drivers.bridge import Bridge
 from drivers.can_bus import BusAddress
 from drivers.can_driver import CanDriver
-from drivers.can_frames import FramesHere
+from drivers.can_frames import AT_ONCE, Frame
+from drivers.can_reader import FLUSH_S
 from drivers.can_sender import FrameEncoder
 from drivers.can_toml import standard_mapping
 from drivers.clock import SystemClock
+from drivers.delivery import HttpSender, Sender
+from drivers.express import Direct
 from drivers.http_out import HttpOut
 from drivers.reading import Reading
 from drivers.spool import Spool
@@ -132,32 +135,33 @@ def prepared_frames() -> list[can.Message]:
     return found
 
 
-class PreparedBus(can.BusABC):
+class PreparedFrames:
     """Gives prepared frames, `rate` of them a second or as fast as they are taken, so many in all."""
 
-    def __init__(self, frames: list[can.Message], count: int, rate: int | None) -> None:
-        super().__init__(channel="prepared")
-        self._frames, self._count, self._rate = frames, count, rate
+    def __init__(self, messages: list[can.Message], count: int, rate: int | None) -> None:
+        self._frames = [(m.arbitration_id, m.is_extended_id, bytes(m.data)) for m in messages]
+        self._count, self._rate = count, rate
         self._given = 0
         self.begun = 0.0
 
-    def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        """Nothing is sent on this bus."""
-        raise NotImplementedError
-
-    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+    def take(self, timeout_s: float) -> list[Frame]:
+        """What came since, as many as a reader hands over at once."""
         if not self._given:
             self.begun = time.perf_counter()
-        if self._given >= self._count:
-            time.sleep(timeout or 0.0)
-            return None, False
+        due = self._count
         if self._rate is not None:
-            early = self.begun + self._given / self._rate - time.perf_counter()
-            if early > 0.0:
-                time.sleep(early)
-        frame = self._frames[self._given % len(self._frames)]
-        self._given += 1
-        return frame, False
+            time.sleep(FLUSH_S)
+            due = min(due, int((time.perf_counter() - self.begun) * self._rate))
+        upto = min(due, self._given + AT_ONCE)
+        if upto == self._given:
+            time.sleep(timeout_s)
+        at, size = time.monotonic(), len(self._frames)
+        given: list[Frame] = [(at, *self._frames[number % size], True) for number in range(self._given, upto)]
+        self._given = upto
+        return given
+
+    def close(self) -> None:
+        """There is no bus to let go of."""
 
 
 def into_database(prepared: list[can.Message], count: int, rate: int | None) -> Measured:
@@ -169,7 +173,8 @@ def into_database(prepared: list[can.Message], count: int, rate: int | None) -> 
         sources.bind(work, "can", machine.id)
         try:
             with Spool(Path(folder) / "spool.db") as spool:
-                return _run(prepared, count, rate, database, spool, IntoDatabase(work))
+                way = IntoDatabase(work)
+                return _run(prepared, count, rate, database, spool, way, way)
         finally:
             work.database.close()
 
@@ -184,12 +189,23 @@ def over_http(prepared: list[can.Message], count: int, rate: int | None) -> Meas
 
 
 def _run(
-    prepared: list[can.Message], count: int, rate: int | None, database: Path, spool: Spool, sender: Sender
+    prepared: list[can.Message],
+    count: int,
+    rate: int | None,
+    database: Path,
+    spool: Spool,
+    sender: Sender,
+    direct: Direct | None = None,
 ) -> Measured:
     """Bridge so many frames, and stop the clock when the last is acknowledged."""
-    bus, stop, cpu = PreparedBus(prepared, count, rate), threading.Event(), time.process_time()
+    bus, stop, cpu = PreparedFrames(prepared, count, rate), threading.Event(), time.process_time()
     driver = CanDriver(
-        BusAddress("prepared"), MAPPING, clock=SystemClock(), source="can", open_with=lambda _: FramesHere(bus)
+        BusAddress("prepared"),
+        MAPPING,
+        clock=SystemClock(),
+        source="can",
+        on_mark=lambda mark: bridge.mark(mark),
+        open_with=lambda _: bus,
     )
     bridge = Bridge(
         driver,
@@ -201,6 +217,7 @@ def _run(
         report=lambda _: None,
         # Frames without a pace wait for a place: what a bus would never carry must not be lost.
         live=rate is not None,
+        direct=direct,
     )
     thread = threading.Thread(target=bridge.run)
     thread.start()

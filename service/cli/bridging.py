@@ -8,13 +8,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.bridge import Bridge, HttpSender, Patience
+from drivers.bridge import Bridge
 from drivers.can_bus import BusAddress, parse_bus
 from drivers.can_driver import CanDriver
 from drivers.can_mapping import CanMapping
 from drivers.clock import SystemClock
+from drivers.delivery import HttpSender, Patience
 from drivers.http_out import HttpOut
 from drivers.protocol import Driver
+from drivers.reading import Mark
 from drivers.spool import Spool
 from service.cli.canbus import mapping_of
 from service.cli.signals import on_stop
@@ -66,7 +68,7 @@ def bridge_until_stopped(
         describe: Callable[[], str] = str
         bridges: list[Bridge] = []
         if isinstance(read, BusChoice):
-            driver = can = can_driver(read, source, first, kept, bridges)
+            driver = can = can_driver(read, source, first, kept.mark(source), bridges)
             describe = can.bus_state
         else:
             driver = stand_in(read, source, first, highest)
@@ -103,8 +105,8 @@ def spool_of(source: str, folder: Path = DEFAULT_SPOOL) -> Path:
     return folder / f"{''.join(c if c.isalnum() or c in '-_.' else '_' for c in source)}.db"
 
 
-def can_driver(bus: BusChoice, source: str, first: int, spool: Spool, bridges: list[Bridge]) -> CanDriver:
-    """Build the driver of a bus that goes on from what the spool knows of its counters.
+def can_driver(bus: BusChoice, source: str, first: int, resume: Mark | None, bridges: list[Bridge]) -> CanDriver:
+    """Build the driver of a bus that goes on from the last mark of its counters.
 
     bridges: holds, once the driver runs, the bridge that takes the balancer's own corrections and the marks.
     """
@@ -116,7 +118,7 @@ def can_driver(bus: BusChoice, source: str, first: int, spool: Spool, bridges: l
         sequence_start=first,
         on_answer=lambda answer: bridges[0].offer(answer),
         on_mark=lambda mark: bridges[0].mark(mark),
-        counters=spool.counters(source),
+        resume=resume,
     )
 
 

@@ -14,7 +14,7 @@ from drivers.clock import SystemClock
 from drivers.spool import Spool
 from service.cli.bridging import BusChoice, can_driver, first_sequence, spool_of, tell
 from service.usecases import readings
-from service.usecases.delivery import IntoDatabase
+from service.usecases.delivery import IntoDatabase, last_mark
 from service.usecases.work import Work
 
 
@@ -35,17 +35,21 @@ def listening(work: Work, ear: Ear, status_s: float = 60.0) -> Iterator[None]:
     bridges: list[Bridge] = []
     with Spool(ear.spool or _beside(work, source), max_bytes=ear.max_bytes) as spool:
         highest = max(readings.highest_sequence(work, source), spool.highest(source))
-        driver = can_driver(ear.bus, source, max(highest + 1, first_sequence()), spool, bridges)
+        marks = [mark for mark in (spool.mark(source), last_mark(work, source)) if mark is not None]
+        resume = max(marks, key=lambda mark: mark.number, default=None)
+        driver = can_driver(ear.bus, source, max(highest + 1, first_sequence()), resume, bridges)
+        way = IntoDatabase(work)
         bridge = Bridge(
             driver,
             spool,
-            IntoDatabase(work),
+            way,
             stop=stop,
             clock=SystemClock(),
             rng=random.Random(),  # noqa: S311
             report=tell,
             status_s=status_s,
             describe=driver.bus_state,
+            direct=way,
         )
         bridges.append(bridge)
         driver.open()

@@ -14,34 +14,16 @@ import pytest
 
 from drivers import reading
 from drivers.base import BaseDriver
-from drivers.bridge import Backoff, Bridge, HttpSender, Patience
+from drivers.bridge import Bridge
 from drivers.clock import ManualClock
+from drivers.delivery import Backoff, HttpSender, Patience
 from drivers.errors import BrokenSource, BusUnavailable, DeliveryFailed, DeliveryGivenUp, DeliveryRefused
 from drivers.http_out import HttpOut
 from drivers.intake import Intake
 from drivers.reading import Answer, Mark, Reading
 from drivers.spool import Spool, Spooled
 from tests.drivers.frames import START, readings
-
-
-class Listed(BaseDriver):
-    """Gives a list of readings; an error in the list is raised in its place."""
-
-    def __init__(self, entries: Sequence[Reading | Exception]) -> None:
-        super().__init__("can", sequence_start=0)
-        self._entries = list(reversed(entries))
-        self.opened = 0
-
-    def _connect(self) -> None:
-        self.opened += 1
-
-    def _next(self) -> Reading | None:
-        if not self._entries:
-            return None
-        entry = self._entries.pop()
-        if isinstance(entry, Exception):
-            raise entry
-        return entry
+from tests.drivers.listed import Listed
 
 
 class Service:
@@ -257,7 +239,7 @@ def test_pauses_double_up_to_a_bound_with_jitter() -> None:
 
 def test_what_comes_behind_a_mark_waits_for_its_own_so_that_both_are_kept_together() -> None:
     intake, some = Intake(live=True, stop=threading.Event()), readings(6)
-    marks = [Mark("can", (reading.Counter("Sensor1", count, START, 0.01),)) for count in (2, 5)]
+    marks = [Mark("can", count, (reading.Counter("Sensor1", count, START, 0.01),)) for count in (2, 5)]
     for one in some[:2]:
         intake.put(one)
     intake.mark(marks[0])

@@ -160,7 +160,7 @@ def resumed(frames: list[can.Message], skipped: int, away_s: float, clock_error_
             clock=clock,
             monotonic=passing,
             on_mark=marks.append,
-            counters=marks[-1].counters if marks else (),
+            resume=marks[-1] if marks else None,
             open_with=partial(same, source),
         )
         tape.driver = driver

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections import deque
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -100,6 +101,19 @@ def test_a_spool_of_a_later_format_is_left_alone(tmp_path: Path) -> None:
         Spool(path).open()
 
 
+def test_a_spool_of_the_first_format_is_gone_on_with(tmp_path: Path) -> None:
+    path = tmp_path / "spool.db"
+    with Spool(path) as spool:
+        spool.put([*readings(2), Mark("can", 7, (Counter("Sensor1", 9, START, None),))])
+    with closing(sqlite3.connect(path, isolation_level=None)) as database:
+        database.execute("ALTER TABLE counter DROP COLUMN mark")
+        database.execute("PRAGMA user_version=1")
+    for _ in range(2):
+        with Spool(path) as spool:
+            assert spool.waiting() == 2
+            assert spool.mark("can") == Mark("can", 0, (Counter("Sensor1", 9, START, None),))
+
+
 class SpoolAgainstList(RuleBasedStateMachine):
     """Puts, repeats, acknowledgements and ends in any order, against a plain queue."""
 
@@ -172,11 +186,11 @@ def test_it_comes_back_as_itself_whether_still_at_hand_or_from_the_disk(tmp_path
 
 def test_the_newest_mark_of_each_source_is_kept_with_what_came_before_it(tmp_path: Path) -> None:
     def mark(source: str, count: int) -> Mark:
-        return Mark(source, (Counter("Sensor1", count, START, 0.01), Counter("Speed", count + 1, START, None)))
+        return Mark(source, count, (Counter("Sensor1", count, START, 0.01), Counter("Speed", count + 1, START, None)))
 
     with Spool(tmp_path / "spool.db") as spool:
         assert spool.put([mark("can", 3), *readings(2), mark("can", 5), mark("other", 9)]) == 2
     with Spool(tmp_path / "spool.db") as spool:
-        assert spool.counters("can") == mark("can", 5).counters
-        assert spool.counters("other") == mark("other", 9).counters
-        assert spool.counters("none") == ()
+        assert spool.mark("can") == mark("can", 5)
+        assert spool.mark("other") == mark("other", 9)
+        assert spool.mark("none") is None
