@@ -1,13 +1,15 @@
-"""Readings by the thousand: past the ORM, one statement a batch.
+"""Readings by the thousand: past the ORM, few statements a batch.
 
-SQLite takes them by the driver's `executemany`, which loops in C. PostgreSQL takes one array a column in binary form:
-one statement whatever the length, and its row count says how many were new (of `executemany` nothing says it there).
+SQLite takes hundreds of rows a statement. Its driver lets other threads go on during each statement, and where one of
+them computes, the interpreter comes back milliseconds later: once a row, with `executemany`. PostgreSQL takes one array
+a column in binary form: one statement whatever the length, and its row count says how many were new.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
+from functools import cache
 from typing import Any, NamedTuple, cast
 
 from sqlalchemy import Connection, CursorResult
@@ -33,7 +35,8 @@ _COLUMNS = ", ".join(NewReading._fields)
 _TYPES = ("text", "int8", "text", "text", "timestamptz", "text", "float8", "float8", "float8", "float8", "float8")
 _TIME = NewReading._fields.index("taken_at")
 _INTO = f"INSERT INTO reading ({_COLUMNS})"
-_SQLITE = f"{_INTO} VALUES ({', '.join('?' * len(_TYPES))}) ON CONFLICT DO NOTHING"
+_ROWS_AT_ONCE = (500, 50, 5, 1)
+"""Few lengths, so that each statement is prepared once. SQLite takes 32,766 values in one."""
 _ARRAYS = ", ".join(f"%b::{kind}[]" for kind in _TYPES)
 _POSTGRESQL = f"{_INTO} SELECT * FROM unnest({_ARRAYS}) ON CONFLICT DO NOTHING"  # noqa: S608 - no value of a reading is in the text
 
@@ -43,10 +46,24 @@ def insert_new(connection: Connection, rows: Sequence[NewReading]) -> int:
     if connection.dialect.name == "postgresql":
         # In the order of the keys, so that two batches with the same readings wait for each other, not both at once.
         columns = [list(column) for column in zip(*sorted(rows, key=lambda row: row[:2]), strict=True)]
-        result = connection.exec_driver_sql(_POSTGRESQL, tuple(columns))
-    else:
-        result = connection.exec_driver_sql(_SQLITE, [_for_sqlite(row) for row in rows])
-    return cast("CursorResult[Any]", result).rowcount
+        return _run(connection, _POSTGRESQL, columns)
+    added = start = 0
+    for size in _ROWS_AT_ONCE:
+        while len(rows) - start >= size:
+            values = [value for row in rows[start : start + size] for value in _for_sqlite(row)]
+            added += _run(connection, _for_rows(size), values)
+            start += size
+    return added
+
+
+def _run(connection: Connection, statement: str, values: Sequence[Any]) -> int:
+    return cast("CursorResult[Any]", connection.exec_driver_sql(statement, tuple(values))).rowcount
+
+
+@cache
+def _for_rows(count: int) -> str:
+    row = f"({', '.join('?' * len(_TYPES))})"
+    return f"{_INTO} VALUES {', '.join([row] * count)} ON CONFLICT DO NOTHING"
 
 
 def _for_sqlite(row: NewReading) -> tuple[Any, ...]:
