@@ -22,7 +22,7 @@ from drivers.spool import Spool
 
 TICK_S = 0.02
 """How long a reading waits to be put into the spool, and a sent one to be followed by the next, at most."""
-PUT_AT_ONCE = 2_000
+PUT_AT_ONCE = 5_000
 FULL_PAUSE_S = 0.2
 PAUSES_A_WORD = 50
 """How often a full spool is told again: every 10 s."""

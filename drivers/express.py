@@ -13,7 +13,7 @@ from typing import Protocol
 from drivers.errors import DeliveryError
 from drivers.reading import Entry, Mark
 
-LONGEST_S = 0.5
+LONGEST_S = 1.0
 """How long a batch is held in memory for, at most, before it is spooled."""
 
 

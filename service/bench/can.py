@@ -97,13 +97,13 @@ def bench_can(*, markdown: bool = False, frames: int = 200_000, paced_s: float =
     from service.bench.can_wire import over_wire
 
     what = "serve --can: udp_multicast between processes, paced"
-    full_wire, paced_wire = over_wire(AIMS["listen"], paced_s), over_wire(FULL_BUS, paced_s)
+    # A little faster than the aim: what is stored after the last frame came is time too.
+    full_wire, paced_wire = over_wire(round(1.05 * AIMS["listen"]), 2.0 * paced_s), over_wire(FULL_BUS, paced_s)
     if isinstance(full_wire, str) or isinstance(paced_wire, str):
         lines.append((what, str(full_wire), "", "", "", "", ""))
     else:
-        line, _ = _line(what, AIMS["listen"], full_wire, paced_wire)
-        met = full_wire.stored == full_wire.frames and paced_wire.stored == paced_wire.frames
-        lines.append((*line[:-1], "met" if met else "MISSED"))
+        line, met = _line(what, AIMS["listen"], full_wire, paced_wire)
+        lines.append(line)
         good &= met
     header = ("what", "frames/s", "aim", "lost", "frames a CPU second", f"CPU of one core at {FULL_BUS:,}/s", "")
     show(Console(), "bench can", header, lines, markdown=markdown)
