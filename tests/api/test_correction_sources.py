@@ -54,6 +54,7 @@ class TestWithoutAnyPhase:
         assert problem["field"] == "source"
 
 
+@pytest.mark.arithmetic
 class TestMethods:
     def test_minimax_makes_the_greatest_share_of_its_limit_smallest_and_says_how_small(self, shop: Workshop) -> None:
         three = replace(
@@ -264,6 +265,7 @@ class TestQuality:
         report = shop.get(f"/sessions/{session}/report.json")
         assert report["tolerance"]["grade_reached_mm_s"] == pytest.approx(tolerance["grade_reached_mm_s"], rel=1e-6)
 
+    @pytest.mark.arithmetic
     @pytest.mark.parametrize(
         ("change", "said"),
         [
@@ -318,6 +320,7 @@ class TestQuality:
         shop.post(f"/machines/{machine}/influence", {"session_id": session})
         assert all(s["angle_deg"] is not None for s in shop.get(f"/sessions/{session}/trial-masses"))
 
+    @pytest.mark.arithmetic
     def test_ellipses_and_intervals_shrink_with_the_scatter(self, shop: Workshop) -> None:
         session = shop.session()
         learned(shop, session)
@@ -326,6 +329,7 @@ class TestQuality:
             assert entry["interval"]["low"] < entry["mass_g"] < entry["interval"]["high"]
             assert entry["angle_interval"]["low"] < entry["angle_deg"] < entry["angle_interval"]["high"]
 
+    @pytest.mark.arithmetic
     def test_inexact_placement_widens_the_prediction(self, shop: Workshop) -> None:
         session = shop.session()
         learned(shop, session)
@@ -371,6 +375,7 @@ def test_sensors_that_no_mass_moves_give_no_correction(shop: Workshop) -> None:
     shop.refused("POST", f"/sessions/{session}/corrections", {"source": "fit"}, 422, "planes_dependent")
 
 
+@pytest.mark.arithmetic
 class TestIsItUnbalance:
     """Directions, axial sensors and the broadband value reach the diagnostics."""
 
