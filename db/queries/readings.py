@@ -13,7 +13,15 @@ from db.documents.counters import FrameCounter
 from db.documents.findings import Findings
 from db.notices import stream
 from db.queries.base import Queries
-from db.rows import BalancerAnswerRow, ReadingFindingsRow, ReadingMinuteRow, ReadingRow, SourceMarkRow, SourceRow
+from db.rows import (
+    AuditRow,
+    BalancerAnswerRow,
+    ReadingFindingsRow,
+    ReadingMinuteRow,
+    ReadingRow,
+    SourceMarkRow,
+    SourceRow,
+)
 
 _LOOKUP_CHUNK = 400
 """Numbers in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
@@ -195,9 +203,19 @@ class Readings(Queries):
         self._session.execute(delete(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until))
         old = ReadingFindingsRow.source == source, ReadingFindingsRow.taken_at < until
         self._session.execute(delete(ReadingFindingsRow).where(*old))
+        self._forget_arrivals(source, until)
         if self._history is not None:
             changes = {"rolled_up_before": [None, until.isoformat()], "readings": [readings, 0]}
             self._history.note("changed", "source", source, changes)
+
+    def _forget_arrivals(self, source: str, until: datetime) -> None:
+        """Remove the lines of history that tell of readings sent before a moment: a bridge makes a million a day."""
+        lines = AuditRow.kind == ReadingRow.__tablename__, AuditRow.key == source, AuditRow.number.is_(None)
+        # The history is in the order of time: the first line that stays ends the search.
+        first = select(AuditRow.id).where(*lines, AuditRow.at >= until).order_by(AuditRow.id).limit(1)
+        kept = self._session.scalar(first)
+        gone = delete(AuditRow).where(*lines, AuditRow.at < until)
+        self._session.execute(gone if kept is None else gone.where(AuditRow.id < kept))
 
     def rolled_up_between(self, source: str, since: datetime, until: datetime) -> datetime | None:
         """The first minute between two times of which a source's raw readings were removed."""

@@ -13,6 +13,7 @@ from sqlalchemy import select
 from db.rows import ReadingMinuteRow
 from service.errors import InvalidInput
 from service.usecases import readings
+from service.usecases.history import verify
 from service.usecases.retaining import retain
 from tests.api.test_readings import NOON, arrival, at, take
 from tests.api.workshop import Workshop
@@ -68,6 +69,20 @@ def test_young_readings_stay_and_again_changes_nothing(shop: Workshop, machine: 
     assert retain(shop.work, 30).readings == 6
     assert retain(shop.work, 30).readings == 0
     assert len(minutes(shop)) == 4
+
+
+def test_lines_of_history_go_with_the_readings_they_tell_of_and_the_chain_stays(shop: Workshop, machine: str) -> None:
+    def told(action: str) -> list[Any]:
+        kind = "reading" if action == "sent" else "source"
+        return [one for one in shop.get(f"/history?kind={kind}") if one["action"] == action]
+
+    later(shop, 400)
+    shop.post("/readings", arrival(500))
+    assert [one["changes"]["last_sequence"] for one in told("sent")] == [500, 150]
+    retain(shop.work, 30)
+    assert [one["changes"]["last_sequence"] for one in told("sent")] == [500], "an old reading, but sent today"
+    assert told("changed")[0]["changes"]["readings"] == [7, 0]
+    assert not verify(shop.work).findings
 
 
 def test_a_run_keeps_what_it_took_and_none_is_taken_any_more(shop: Workshop, machine: str) -> None:
