@@ -20,8 +20,10 @@ from drivers.protocol import Driver
 from drivers.reading import Answer, Entry, Mark
 from drivers.spool import Spool
 
-TICK_S = 0.02
-"""How long a reading waits to be put into the spool, and a sent one to be followed by the next, at most."""
+TICK_S = 0.1
+"""How long a reading waits for others to be kept with it, at most: a disk should not be asked for each."""
+IDLE_S = 0.2
+"""How long an empty spool goes on unasked."""
 PUT_AT_ONCE = 5_000
 FULL_PAUSE_S = 0.2
 PAUSES_A_WORD = 50
@@ -230,5 +232,5 @@ class Bridge:
         if self._delivery.away:
             self._clock.wait(self._stop, self._delivery.pause_s())
         else:
-            self._kept.wait(10 * TICK_S)
+            self._kept.wait(IDLE_S)
             self._kept.clear()
