@@ -51,7 +51,7 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
     app.add_middleware(SecurityHeaders)
     app.add_middleware(Observed)
     problems.install(app)
-    for room in (machines, sessions, history, live, readings, blocks, health):
+    for room in (readings, machines, sessions, history, live, blocks, health):  # first what is asked most often
         app.include_router(room.router, prefix=PREFIX)
     app.include_router(health.router, include_in_schema=False)
     for prefix in ("", PREFIX):

@@ -11,11 +11,13 @@ from sqlalchemy import CursorResult, Select, and_, delete, func, insert, or_, se
 from db.bulk import NewReading, insert_new
 from db.documents.counters import FrameCounter
 from db.documents.findings import Findings
+from db.documents.machine import Machine
 from db.notices import stream
 from db.queries.base import Queries
 from db.rows import (
     AuditRow,
     BalancerAnswerRow,
+    MachineRow,
     ReadingFindingsRow,
     ReadingMinuteRow,
     ReadingRow,
@@ -36,6 +38,18 @@ class Readings(Queries):
     def sources(self) -> Sequence[SourceRow]:
         """Bound sources, by name."""
         return self._session.scalars(select(SourceRow).order_by(SourceRow.name)).all()
+
+    def mounted(self, sources: Sequence[str]) -> dict[str, tuple[str, Machine]]:
+        """Key and description of the machine of each of these sources that is bound to one."""
+        found: dict[str, tuple[str, Machine]] = {}
+        for start in range(0, len(sources), _LOOKUP_CHUNK):
+            chunk = sources[start : start + _LOOKUP_CHUNK]
+            query = select(SourceRow.name, MachineRow.id, MachineRow.spec).join(
+                MachineRow, MachineRow.id == SourceRow.machine_id
+            )
+            rows = self._session.execute(query.where(SourceRow.name.in_(chunk)))
+            found |= {name: (machine_id, machine) for name, machine_id, machine in rows}
+        return found
 
     def add_readings(self, rows: Sequence[NewReading]) -> int:
         """Insert readings whose (source, sequence) is not stored yet; returns how many were."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import functools
 import hashlib
 import inspect
@@ -15,6 +16,7 @@ from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 from pydantic import ValidationError
 from pydantic_core import to_jsonable_python
+from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 
 from db.documents.base import adapter, write_json
@@ -48,7 +50,7 @@ class StrictRoute(APIRoute):
         status = given.get("status_code") or 200
         if "POST" in (given.get("methods") or ()):
             endpoint = _done_once(endpoint, status, returned)
-        if not by_itself and returned is not NoneType and not inspect.iscoroutinefunction(endpoint):
+        if not by_itself and returned is not NoneType:
             endpoint = _written(endpoint, status, returned)
         super().__init__(path, endpoint, **given)
 
@@ -81,20 +83,27 @@ IDEMPOTENCY_KEY = Header(
 def _done_once(endpoint: Callable[..., Any], status: int, returned: Any) -> Callable[..., Any]:
     """The endpoint, done once for all requests with the same key; without a key as it is."""
 
-    @functools.wraps(endpoint)
-    def answered(*, idempotency_key: str | None = None, **given: Any) -> Any:
-        if idempotency_key is None:
-            return endpoint(**given)
+    def keyed(key: str, given: dict[str, Any]) -> Response:
         work = given.pop("work")
         asked = json.dumps([endpoint.__name__, to_jsonable_python(given)], sort_keys=True)
         answer = once.answer(
             work,
-            idempotency_key,
+            key,
             hashlib.sha256(asked.encode()).hexdigest(),
-            lambda acting: once.Answer(status, write_json(endpoint(work=acting, **given), returned)),
+            lambda acting: once.Answer(status, write_json(_to_its_end(endpoint(work=acting, **given)), returned)),
         )
         headers = {"idempotent-replayed": "true"} if answer.replayed else {}
         return Response(answer.body, answer.status, headers, "application/json")
+
+    @functools.wraps(endpoint)
+    def answered(*, idempotency_key: str | None = None, **given: Any) -> Any:
+        return endpoint(**given) if idempotency_key is None else keyed(idempotency_key, given)
+
+    @functools.wraps(endpoint)
+    async def awaited(*, idempotency_key: str | None = None, **given: Any) -> Any:
+        if idempotency_key is None:
+            return await endpoint(**given)
+        return await run_in_threadpool(keyed, idempotency_key, given)
 
     signature = inspect.signature(endpoint)
     key = inspect.Parameter(
@@ -103,8 +112,14 @@ def _done_once(endpoint: Callable[..., Any], status: int, returned: Any) -> Call
         default=None,
         annotation=Annotated[str | None, IDEMPOTENCY_KEY],
     )
-    answered.__signature__ = signature.replace(parameters=[*signature.parameters.values(), key])  # type: ignore[attr-defined]
-    return answered
+    chosen: Callable[..., Any] = awaited if inspect.iscoroutinefunction(endpoint) else answered
+    chosen.__signature__ = signature.replace(parameters=[*signature.parameters.values(), key])  # type: ignore[attr-defined]
+    return chosen
+
+
+def _to_its_end(value: Any) -> Any:
+    """What an endpoint returns; a coroutine is run in this thread, whose unit of work it joins."""
+    return asyncio.run(value) if inspect.iscoroutine(value) else value
 
 
 def _written(endpoint: Callable[..., Any], status: int, returned: Any) -> Callable[..., Any]:
@@ -114,18 +129,24 @@ def _written(endpoint: Callable[..., Any], status: int, returned: Any) -> Callab
     short request.
     """
 
+    def response(value: Any) -> Response:
+        made = value if isinstance(value, Response) else None
+        if made is None:
+            made = Response(write_json(value, returned), status, media_type="application/json")
+        if returned in (Session, Plan):
+            version = json.loads(bytes(made.body))["version"] if made is value else value.version
+            made.headers["etag"] = f'"{version}"'
+        return made
+
     @functools.wraps(endpoint)
     def answered(**given: Any) -> Response:
-        value = endpoint(**given)
-        response = value if isinstance(value, Response) else None
-        if response is None:
-            response = Response(write_json(value, returned), status, media_type="application/json")
-        if returned in (Session, Plan):
-            version = json.loads(bytes(response.body))["version"] if response is value else value.version
-            response.headers["etag"] = f'"{version}"'
-        return response
+        return response(endpoint(**given))
 
-    return answered
+    @functools.wraps(endpoint)
+    async def awaited(**given: Any) -> Response:
+        return response(await endpoint(**given))
+
+    return awaited if inspect.iscoroutinefunction(endpoint) else answered
 
 
 def _queries(dependant: Dependant) -> Iterator[str]:

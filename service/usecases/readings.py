@@ -35,12 +35,7 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
     source and a session belong to different machines or a sequence number comes back with other contents, and TooLarge
     for too long a list.
     """
-    if len(readings) > work.max_readings:
-        raise TooLarge(
-            f"{len(readings)} readings in one request; {work.max_readings} are the most",
-            value=len(readings),
-            advice="send them in smaller batches",
-        )
+    _require_length(work, readings)
     receipt: Receipt
     if len(readings) > FEW or work.joined is not None:
         # A unit of work that is joined has begun: who waits within it would keep others from ending theirs.
@@ -49,6 +44,25 @@ def ingest(work: Work, readings: Sequence[Reading]) -> Receipt:
             receipt = _stored(Targets(store), readings)
     else:
         receipt = work.together.do((work, readings), _store_few)
+    return _counted(work, readings, receipt)
+
+
+async def ingest_few(work: Work, readings: Sequence[Reading]) -> Receipt:
+    """As `ingest`, for a request of an event loop whose readings are no long list: it waits in no thread."""
+    _require_length(work, readings)
+    return _counted(work, readings, await work.together.done((work, readings), _store_few))
+
+
+def _require_length(work: Work, readings: Sequence[Reading]) -> None:
+    if len(readings) > work.max_readings:
+        raise TooLarge(
+            f"{len(readings)} readings in one request; {work.max_readings} are the most",
+            value=len(readings),
+            advice="send them in smaller batches",
+        )
+
+
+def _counted(work: Work, readings: Sequence[Reading], receipt: Receipt) -> Receipt:
     work.meters.stored(receipt.accepted, receipt.duplicates, {(r.source, r.sequence) for r in readings})
     return receipt
 
@@ -90,6 +104,7 @@ class _NotNew(Exception):
 
 def _stored(targets: Targets, readings: Sequence[Reading]) -> Receipt:
     rows: dict[tuple[str, int], NewReading] = {}
+    targets.expect({reading.source for reading in readings})
     for index, reading in enumerate(readings):
         row = _row(targets, reading, index)
         key = (reading.source, reading.sequence)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
 
 from db.documents.machine import Machine
-from db.rows import MachineRow, SessionRow, SourceRow
+from db.rows import MachineRow, SessionRow
 from db.store import Store
 from drivers.reading import Reading
 from service.errors import Conflict, InvalidInput, NotFound
@@ -19,8 +19,17 @@ class Targets:
 
     def __init__(self, store: Store) -> None:
         self.store = store
+        self._bound: dict[str, str | None] = {}
+        self._machines: dict[str, Machine] = {}
         self._of: dict[tuple[str, str | None], str] = {}
         self._of_sensor: dict[tuple[str, str | None, str], str] = {}
+
+    def expect(self, sources: Iterable[str]) -> None:
+        """Look up the machines of these sources at once, as far as their names are any; of others as they come."""
+        unknown = {source for source in sources if source not in self._bound and source.isprintable()}
+        found = self.store.mounted(sorted(unknown))
+        self._bound |= {source: found[source][0] if source in found else None for source in unknown}
+        self._machines |= dict(found.values())
 
     def of_reading(self, reading: Reading, index: int) -> str:
         """The machine, once source, session and sensor are known to fit; thousands of readings ask for the same."""
@@ -40,12 +49,15 @@ class Targets:
             self._of[key] = self._look_up(source, session_id, field)
         return self._of[key]
 
-    def machine(self, machine_id: str) -> Any:
+    def machine(self, machine_id: str) -> Machine:
         """The machine itself."""
-        return require(self.store, MachineRow, machine_id).spec
+        if machine_id not in self._machines:
+            self._machines[machine_id] = require(self.store, MachineRow, machine_id).spec
+        return self._machines[machine_id]
 
     def _look_up(self, source: str, session_id: str | None, field: str) -> str:
-        bound = self.store.get(SourceRow, source)
+        self.expect((source,))
+        bound = self._bound.get(source)
         if session_id is None:
             if bound is None:
                 raise NotFound(
@@ -55,10 +67,10 @@ class Targets:
                     value=source,
                     advice="bind it to its machine (page Sources, or PUT /sources/{name}), or state the session_id",
                 )
-            return bound.machine_id
+            return bound
         session = require(self.store, SessionRow, session_id)
         states.after(session, "run")
-        if bound is not None and bound.machine_id != session.machine_id:
+        if bound is not None and bound != session.machine_id:
             raise Conflict(
                 f"source {source!r} is bound to another machine than session {session_id}",
                 code="source_of_other_machine",
@@ -72,8 +84,7 @@ class Targets:
 def machine_behind(store: Store, source: str, session_id: str | None) -> Machine:
     """The machine of a source and a session. Raises as `Targets.machine_of` does."""
     targets = Targets(store)
-    machine: Machine = targets.machine(targets.machine_of(source, session_id, "session_id"))
-    return machine
+    return targets.machine(targets.machine_of(source, session_id, "session_id"))
 
 
 def reused(key: tuple[str, int], field: str) -> Conflict:

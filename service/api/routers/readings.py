@@ -6,6 +6,7 @@ from typing import Annotated
 
 from annotated_types import Len
 from fastapi import APIRouter, Path, Query
+from starlette.concurrency import run_in_threadpool
 
 from db.documents.base import Moment, Name, document
 from db.documents.run import BalancerAnswer
@@ -32,13 +33,18 @@ class Binding:
 
 
 @router.post("/readings", status_code=201, tags=["readings"], responses=errors(404, 409))
-def add_readings(work: WorkDep, body: Annotated[list[Reading], Len(min_length=1)] | Reading) -> Receipt:
+async def add_readings(work: WorkDep, body: Annotated[list[Reading], Len(min_length=1)] | Reading) -> Receipt:
     """Store one reading or a list, all or none; sent again, they are stored once.
 
     Amplitude and scatter in the sensor's unit and detection, phase in degrees in the machine's `phase_sense`, speed in
     r/min, times in UTC (RFC 3339).
     """
-    return readings.ingest(work, [body] if isinstance(body, Reading) else body)
+    sent = [body] if isinstance(body, Reading) else body
+    if work.joined is not None:
+        return readings.ingest(work, sent)  # in the thread of the unit of work that it joins
+    if len(sent) > readings.FEW:
+        return await run_in_threadpool(readings.ingest, work, sent)
+    return await readings.ingest_few(work, sent)
 
 
 @router.post("/balancer-answers", status_code=201, tags=["readings"], responses=errors(404, 409))
