@@ -3,94 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
 
 from service.usecases.resolving import read_log, resolve
+from tests.api.as_found import SAME, actions, assert_done, best, holds, net, opened, piece, planned
 from tests.api.every_selection import BOX, EverySelection, tiny_machine
-from tests.api.workshop import DRUM, Workshop, mass, vector_of
+from tests.api.workshop import DRUM, Workshop, mass, vectors
 
-SAME = 1e-9
 KEYS = ("placements", "taken_off")
 SEVERAL = [
     {"plane": "1", "position_deg": 0.0, "mass_g": 200.0, "may": "remove"},
     {"plane": "2", "position_deg": 50.0, "mass_g": 75.0, "may": "move"},
     {"plane": "2", "position_deg": 180.0, "mass_g": 60.0, "may": "stay"},
 ]
-
-
-def piece(plane: str, angle: float, grams: float, may: str) -> dict[str, Any]:
-    """A piece on the as-found rotor."""
-    return {"plane": plane, "position_deg": angle, "mass_g": grams, "may": may}
-
-
-def opened(shop: Workshop, pieces: Sequence[dict[str, Any]], **plane: Any) -> tuple[str, str]:
-    """A session whose rotor was found with these pieces, its runs done, and its box."""
-    items = [{"mass_g": grams, "count": count} for grams, count in BOX.items()]
-    box = str(shop.post("/catalogues", {"name": f"tiny {shop.count('catalogue')}", "items": items})["id"])
-    session = shop.session(shop.machine(**tiny_machine(**plane)), box, on_rotor=list(pieces))
-    shop.learn(session)
-    return session, box
-
-
-def planned(shop: Workshop, session: str, **request: Any) -> Any:
-    """A plan of the session by the exact search, as the workshop makes them."""
-    usual = {"max_masses_per_plane": None}
-    return shop.plan(session, shop.correct(session), **{**usual, **request})
-
-
-def possible(pieces: Sequence[dict[str, Any]], every: EverySelection | None = None) -> list[EverySelection]:
-    """Every way of dealing with the pieces, by hand: each with all that may be bolted on then."""
-    ways = [every or EverySelection()]
-    for one in pieces:
-        plane, angle, grams = one["plane"], one["position_deg"], one["mass_g"]
-        off = (plane, angle, -grams)
-        after = []
-        for way in ways:
-            most = tuple(n - 1 if name == plane else n for name, n in zip("12", way.most, strict=True))
-            if one["may"] != "move":
-                after.append(way.but(taken=way.taken | {(plane, angle)}, most=most))
-            if one["may"] == "remove":
-                after.append(way.but(fixed=(*way.fixed, off)))
-            if one["may"] == "move":
-                box = {**way.box, grams: way.box.get(grams, 0) + 1}
-                after.append(way.but(fixed=(*way.fixed, off), box=box))
-        ways = after
-    return ways
-
-
-def best(pieces: Sequence[dict[str, Any]], objective: str = "residual_vibration", **changes: Any) -> float:
-    """The least objective there is with these pieces."""
-    return min(way.best(objective) for way in possible(pieces, EverySelection().but(**changes)))
-
-
-def net(plan: Any, key: str = "placements") -> list[dict[str, Any]]:
-    """Masses relative to the as-found rotor."""
-    on = [mass(p["plane"], p["mass_g"] + p["fastener_g"], p["position_deg"]) for p in plan[key]]
-    return on + [mass(p["plane"], -p["mass_g"], p["position_deg"]) for p in plan["taken_off"]]
-
-
-def as_vectors(entries: Any) -> dict[str, complex]:
-    """Vectors by sensor."""
-    return {entry["sensor"]: vector_of(entry) for entry in entries}
-
-
-def actions(plan: Any) -> set[tuple[str, str, float, float]]:
-    """What is to be done at each position."""
-    return {
-        (c["action"], c["placement"]["plane"], c["placement"]["position_deg"], c["placement"]["mass_g"])
-        for c in plan["changes"]
-    }
-
-
-def holds(plan: Any, pieces: Sequence[dict[str, Any]], objective: str = "residual_vibration", **changes: Any) -> None:
-    """The plan is the best of all, its prediction that of the drum with its masses."""
-    assert plan["status"] == "optimal"
-    assert plan["objective_value"] == pytest.approx(best(pieces, objective, **changes), rel=SAME)
-    assert as_vectors(plan["predicted"]) == pytest.approx(DRUM.vibration(net(plan)), abs=1e-9)
 
 
 @pytest.mark.arithmetic
@@ -231,7 +159,7 @@ class TestMove:
         assert [p["mass_g"] for p in fitted["fitted"] if not p["from_box"]] == [210.0]
         moved = next(p for p in fitted["fitted"] if not p["from_box"])
         really = [mass("2", 50.5, 0.0), mass("1", -210.0, 0.0), mass(moved["plane"], 210.0, moved["position_deg"])]
-        assert as_vectors(fitted["predicted"]) == pytest.approx(DRUM.vibration(really), abs=1e-9)
+        assert vectors(fitted["predicted"]) == pytest.approx(DRUM.vibration(really), abs=1e-9)
 
 
 class TestTogether:
@@ -271,7 +199,7 @@ class TestTogether:
         readings = DRUM.readings(net(plan))
         run = shop.post(f"/sessions/{session}/runs", {"kind": "check", "readings": readings})
         assert DRUM.vibration(run["masses"]) == pytest.approx(DRUM.vibration(net(plan)), abs=1e-9)
-        assert as_vectors(run["readings"]) == pytest.approx(as_vectors(plan["predicted"]), abs=1e-9)
+        assert vectors(run["readings"]) == pytest.approx(vectors(plan["predicted"]), abs=1e-9)
         again = planned(shop, session)
         assert again["placements"] == plan["placements"]
         assert {c["action"] for c in again["changes"]} <= {"keep"}
@@ -288,13 +216,13 @@ class TestTogether:
         off = {(p["plane"], p["position_deg"], p["mass_g"]) for p in first["taken_off"]}
         assert off <= {(p["plane"], p["position_deg"], p["mass_g"]) for p in added["taken_off"]}
         assert {("keep", *one) for one in kept} <= actions(added)
-        assert as_vectors(added["predicted"]) == pytest.approx(DRUM.vibration(net(added)), abs=1e-9)
+        assert vectors(added["predicted"]) == pytest.approx(DRUM.vibration(net(added)), abs=1e-9)
         shop.fit(added)
         new = [p["mass_g"] for p in added["placements"] if p["from_box"]]
         old = [p["mass_g"] for p in first["fitted"] if p["from_box"]]
         assert shop.on_hand(box) == {g: n + old.count(g) - new.count(g) for g, n in before.items()}
         run = shop.post(f"/sessions/{session}/runs", {"kind": "check", "readings": DRUM.readings(net(added))})
-        assert DRUM.vibration(run["masses"]) == pytest.approx(as_vectors(added["predicted"]), abs=1e-9)
+        assert DRUM.vibration(run["masses"]) == pytest.approx(vectors(added["predicted"]), abs=1e-9)
 
     def test_taking_a_plan_off_puts_everything_back(self, shop: Workshop) -> None:
         session, box = opened(shop, SEVERAL)
@@ -334,24 +262,6 @@ class TestTogether:
         answer = shared_shop.post(f"/plans/{plan['id']}/what-if", {"missing": [{"mass_g": 200.0}]})
         expected = best(SEVERAL, box={**BOX, 200.0: 1})
         assert answer["offer"]["objective_value"] == pytest.approx(expected, rel=SAME)
-
-
-def assert_done(pieces: Sequence[dict[str, Any]], plan: Any) -> None:
-    """Whoever does what `changes` says has the placements on the rotor, and what stays as found."""
-    rotor = [(one["plane"], one["position_deg"], one["mass_g"]) for one in pieces]
-    for action, *where in sorted(actions(plan), reverse=True):
-        if action == "remove":
-            rotor.remove((where[0], where[1], where[2]))
-    for action, plane, angle, grams in actions(plan):
-        if action == "keep":
-            assert (plane, angle, grams) in rotor
-        if action == "add":
-            rotor.append((plane, angle, grams))
-    left = [(one["plane"], one["position_deg"], one["mass_g"]) for one in pieces]
-    for off in plan["taken_off"]:
-        left.remove((off["plane"], off["position_deg"], off["mass_g"]))
-    on = [(p["plane"], p["position_deg"], p["mass_g"]) for p in plan["placements"]]
-    assert sorted(rotor) == sorted([*left, *on])
 
 
 @pytest.mark.parametrize(

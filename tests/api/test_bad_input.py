@@ -11,7 +11,6 @@ from urllib.parse import quote
 
 import pytest
 
-from service.app import PREFIX
 from tests.api.workshop import DRUM, Workshop, application, box_body, machine_body, mass, problem_of
 
 NOON = "2026-03-01T12:00:00Z"
@@ -376,74 +375,10 @@ def test_a_request_that_breaks_a_rule(
     assert refuse(shared_shop, names, method, path, body, status, code)["field"] == where
 
 
-BODIES: dict[str, tuple[bytes, str]] = {
-    "no JSON": (b"{", "invalid_json"),
-    "not UTF-8": (b'{"source": "\xff\xfe"}', "invalid_json"),
-    "half a surrogate": (b'{"source": "\\ud800"}', "invalid_json"),
-    "deeper than any document": (b"[" * 100_000, "invalid_json"),
-    "longer number than any": (b'{"sequence": 1' + b"0" * 5000 + b"}", "invalid_json"),
-    "nothing": (b"", "invalid_input"),
-    "null": (b"null", "invalid_input"),
-    "a text": (b'"READING"', "invalid_input"),
-    "a list of lists": (b"[[1]]", "invalid_input"),
-}
-
-
-@pytest.mark.parametrize(("body", "code"), BODIES.values(), ids=BODIES)
-@pytest.mark.parametrize("path", ["/readings", "/machines", "/sessions/$session/runs"])
-def test_a_body_that_is_no_document(
-    shared_shop: Workshop, names: dict[str, str], path: str, body: bytes, code: str
-) -> None:
-    shared_shop.refused("POST", Template(path).substitute(names), body, 422, code)
-
-
 def test_a_run_with_both_readings_and_take_is_told_so(shared_shop: Workshop, names: dict[str, str]) -> None:
     problem = refuse(shared_shop, names, "POST", RUN, {**INITIAL, "take": TAKE}, 422, "invalid_input")
     assert problem["detail"] == "a run has either readings or take, not both"
     assert "amplitude" in str(problem["value"])
-
-
-@pytest.mark.parametrize("stated", [None, "text/plain", "application/x-www-form-urlencoded", "application/jsonp"])
-def test_a_body_that_is_not_declared_as_json(shared_shop: Workshop, stated: str | None) -> None:
-    before = shared_shop.rows()
-    headers = {} if stated is None else {"content-type": stated}
-    answer = shared_shop.client.post(PREFIX + "/machines", content=json.dumps(machine_body("new")), headers=headers)
-    assert problem_of(answer, 415, "unsupported_media_type")["value"] == stated
-    assert shared_shop.rows() == before
-
-
-def test_ten_megabytes_of_readings(shared_shop: Workshop, names: dict[str, str]) -> None:
-    one = json.dumps(READING).encode()
-    body = b"[" + b",".join([one] * (10 * 1024 * 1024 // len(one) + 1)) + b"]"
-    assert len(body) > 10 * 1024 * 1024
-    problem = shared_shop.refused("POST", "/readings", body, 413, "too_large")
-    assert "bytes" in problem["detail"]
-    assert "batches" in problem["advice"]
-
-
-def test_planes_that_act_alike_to_machine_precision(shop: Workshop) -> None:
-    session = shop.session()
-    factor = 0.7 + 0.2j
-    alike = {(s, "2"): factor * DRUM.influence[s, "1"] for s in ("P", "Q")}
-    shop.learn(session, type(DRUM)(DRUM.initial, {**DRUM.influence, **alike}))
-    problem = shop.refused("POST", f"/sessions/{session}/corrections", {"source": "fit"}, 422, "planes_dependent")
-    assert problem["field"] == "planes"
-    assert 'plane "1" and plane "2"' in problem["detail"]
-    assert shop.state(session) == "open"
-
-
-def test_runs_that_never_tell_the_planes_apart(shop: Workshop) -> None:
-    session = shop.session()
-    shop.run(session, "initial")
-    for grams in (100.0, 200.0, 300.0):
-        shop.run(session, "trial", [mass("1", grams, 0.0), mass("2", grams, 90.0)])
-    shop.refused("POST", f"/sessions/{session}/corrections", {"source": "fit"}, 422, "planes_not_separated")
-
-
-def test_dead_sensors(shop: Workshop) -> None:
-    session = shop.session()
-    shop.learn(session, type(DRUM)({"P": 0j, "Q": 0j}, dict.fromkeys(DRUM.influence, 0j)))
-    shop.refused("POST", f"/sessions/{session}/corrections", {"source": "fit"}, 422, "all_readings_zero")
 
 
 @pytest.mark.parametrize("angle", [33.3, -359.9, 360.0, -360.0, 0.001])

@@ -133,6 +133,11 @@ def vector_of(entry: Mapping[str, Any], size: str = "amplitude", angle: str = "p
     return cmath.rect(entry[size], math.radians(entry[angle]))
 
 
+def vectors(entries: Sequence[Mapping[str, Any]]) -> dict[str, complex]:
+    """Vector by sensor."""
+    return {entry["sensor"]: vector_of(entry) for entry in entries}
+
+
 def mass(plane: str, mass_g: float, angle_deg: float) -> dict[str, Any]:
     """A mass on the rotor."""
     return {"plane": plane, "mass_g": mass_g, "angle_deg": angle_deg}

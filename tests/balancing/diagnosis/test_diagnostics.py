@@ -11,7 +11,7 @@ from service.balancing.analysis import analyse
 from service.balancing.corrections import Wishes, least_squares
 from service.balancing.diagnosis.findings import Circumstances, Code
 from service.balancing.diagnosis.planes import significance
-from tests.balancing.diagnosis import campaign
+from tests.balancing.diagnosis import campaign, faults
 from tests.balancing.diagnosis.campaign import FAULTY, SOUND, Faulty, Sound
 from tests.balancing.runs import measured, normal, trial_plan
 
@@ -40,7 +40,7 @@ def test_hardly_ever_fires_without_a_fault(sound: Sound) -> None:
 
 def test_the_bad_run_is_the_one_named() -> None:
     for seed in range(30):
-        session = campaign.mistyped(seed)
+        session = faults.mistyped(seed)
         findings = analyse(session.recorded(), circumstances=session.circumstances()).findings
         assert [(finding.code, finding.runs) for finding in findings] == [("bad_run", (session.wrong,))]
 

@@ -10,6 +10,9 @@ import numpy as np
 from drivers.signal.block import Block, Channel, Floats
 from drivers.signal.chain import Measured, Refusal, Settings, measure
 
+DRIFTS = (-0.03, 0.0, 0.03)
+"""Of the speed over a block, as far as the chain is to stand it."""
+
 
 @dataclass(frozen=True)
 class Tone:

@@ -13,12 +13,10 @@ from hypothesis import strategies as st
 from drivers.errors import InvalidSetting, SignalRefused
 from drivers.signal.block import Block, Channel
 from drivers.signal.chain import Measured, Refusal, Settings, measure
-from drivers.signal.windows import Window, half_width, taper
-from tests.drivers.signal.analytic import Tone, apart, measured, refused, vector, with_samples
+from tests.drivers.signal.analytic import DRIFTS, Tone, apart, measured, refused, vector, with_samples
 
 few = settings(max_examples=15, deadline=None)
 SIGNAL_TO_NOISE_DB = 40.0
-DRIFTS = (-0.03, 0.0, 0.03)
 
 tones = st.builds(
     Tone,
@@ -222,56 +220,6 @@ class TestProperties:
         )
 
 
-class TestNeighbour:
-    @pytest.mark.parametrize("order", [0.7, 0.85, 1.12, 1.3, 1.45])
-    @pytest.mark.parametrize("drift", DRIFTS)
-    def test_a_tone_of_half_the_size_beside_it_leaks_nothing(self, order: float, drift: float) -> None:
-        tone = Tone(turns=60.0, drift=drift, neighbour=(order, 1.5))
-        found = measured(tone.block())
-        assert found.amplitude == pytest.approx(tone.rms, rel=0.001)
-        assert apart(found.phase_deg, tone.lag_deg) <= 0.05
-        assert found.flags == ("neighbour_tone",)
-        assert found.neighbour is not None
-        assert found.neighbour.order == pytest.approx(order, abs=0.002)
-        assert found.neighbour.amplitude == pytest.approx(1.5, rel=0.02)
-        assert found.scatter is not None
-        assert found.scatter <= 0.02
-
-    @pytest.mark.parametrize("order", [0.96, 1.03, 1.05])
-    def test_one_too_close_to_keep_out_is_called_beating_and_scatters(self, order: float) -> None:
-        found = measured(Tone(turns=60.0, neighbour=(order, 1.5)).block())
-        assert found.flags == ("beating",)
-        assert found.scatter is not None
-        assert found.scatter >= 0.1
-
-    def test_a_longer_block_tells_them_apart(self) -> None:
-        found = measured(Tone(turns=200.0, neighbour=(1.03, 1.5)).block())
-        assert found.flags == ("neighbour_tone",)
-        assert found.amplitude == pytest.approx(3.0, rel=1e-3)
-
-    def test_quiet_ones_are_no_flag(self) -> None:
-        assert measured(Tone(turns=60.0, neighbour=(1.2, 0.1), snr_db=40.0).block()).flags == ()
-
-
-class TestScatter:
-    def test_it_is_the_standard_deviation_of_the_reported_vector(self) -> None:
-        """Over many blocks of the same drum, the stated scatter is what the vectors really do."""
-        tone = Tone(turns=64.5, drift=0.02, snr_db=20.0)
-        found = [measured(tone.block(seed)) for seed in range(60)]
-        vectors = np.array([vector(one) for one in found])
-        really = math.sqrt(float(np.mean(np.abs(vectors - vectors.mean()) ** 2)) / 2.0)
-        stated = math.sqrt(float(np.mean([one.scatter**2 for one in found if one.scatter is not None])))
-        assert stated == pytest.approx(really, rel=0.2)  # 60 blocks know it to 9 %, each from 16 sub-blocks
-
-    def test_it_does_not_count_a_response_that_follows_the_stated_speed(self) -> None:
-        found = measured(Tone(turns=64.5, drift=0.03, growth=3.0).block())
-        assert found.scatter is not None
-        assert found.scatter <= 1e-3 * found.amplitude
-
-    def test_too_few_turns_leave_none(self) -> None:
-        assert measured(Tone(turns=7.5).block()).scatter is None
-
-
 class TestRefusals:
     def test_too_few_turns(self) -> None:
         with pytest.raises(SignalRefused, match="record for longer") as refusal:
@@ -337,23 +285,3 @@ class TestRefusals:
         ):
             with pytest.raises(InvalidSetting):
                 replace(good, **change)
-
-
-class TestTapers:
-    """The tapers themselves, against their published form and side lobes (Harris 1978, table 1)."""
-
-    @pytest.mark.parametrize(
-        ("window", "side_lobe_db"), [("rectangular", -13.0), ("hann", -31.0), ("blackman_harris", -92.0)]
-    )
-    def test_side_lobes(self, window: Window, side_lobe_db: float) -> None:
-        n = 1000
-        weights = taper(window, (np.arange(n) + 0.5) / n)
-        lines = np.abs(np.fft.rfft(weights, 16 * n)) / weights.sum()
-        beyond = lines[16 * half_width(window) :]
-        assert 20.0 * math.log10(float(beyond.max())) == pytest.approx(side_lobe_db, abs=0.6)
-
-    def test_the_cosines(self) -> None:
-        place = np.linspace(0.0, 1.0, 101)
-        angle = math.tau * place
-        expected = 0.35875 - 0.48829 * np.cos(angle) + 0.14128 * np.cos(2.0 * angle) - 0.01168 * np.cos(3.0 * angle)
-        assert np.abs(taper("blackman_harris", place) - expected).max() <= 1e-12
