@@ -33,14 +33,19 @@ class NotABackup(Exception):
     """The file is a database, but none of Drumtrue, or a damaged one; the message says what is wrong with it."""
 
 
+class Damaged(Exception):
+    """The database that was to be backed up is damaged; the message says what its copy lacks."""
+
+
 class TooNew(Exception):
     """The backup is of a newer version; the message is its schema's revision."""
 
 
 def back_up(database: Database, path: Path) -> dict[str, int]:
-    """Write the database as of one moment to a new file; rows of each table. Raises FileExistsError, OSError.
+    """Write the database as of one moment to a new file; rows of each table.
 
-    Until it is whole the file has another name, so that what bears the name is a backup.
+    Until it is whole, and was checked, the file has another name, so that what bears the name is a backup. Raises
+    Damaged for what `restore` would refuse, FileExistsError, OSError.
     """
     if path.exists():
         raise FileExistsError(path)
@@ -53,6 +58,10 @@ def back_up(database: Database, path: Path) -> dict[str, int]:
             _copy_rows_out(database, unfinished)
         rows = _counted(unfinished)
         unfinished.rename(path)
+    except sqlite3.DatabaseError as wrong:
+        if getattr(wrong, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+            raise Damaged(str(wrong)) from wrong
+        raise
     finally:
         unfinished.unlink(missing_ok=True)
     return rows
@@ -96,10 +105,17 @@ def _require_whole(connection: Connection) -> None:
     """Raise NotABackup for a damaged page, a row that breaks a rule of its table, or a table that is not there."""
     for table in _plain_tables():
         connection.execute(select(table).limit(1))
-    if (found := connection.execute(text("PRAGMA integrity_check(1)")).scalar()) != "ok":
-        raise NotABackup(f"it is damaged: {found}")
-    if orphan := connection.execute(text("PRAGMA foreign_key_check")).first():
-        raise NotABackup(f"it is damaged: a row of table {orphan[0]} lacks its row of table {orphan[2]}")
+    if damage := _damage(_driver(connection)):
+        raise NotABackup(f"it is damaged: {damage}")
+
+
+def _damage(connection: sqlite3.Connection) -> str | None:
+    """The first damaged page, or row that breaks a rule of its table; None where all is whole."""
+    (found,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
+    if found != "ok":
+        return str(found)
+    orphan = connection.execute("PRAGMA foreign_key_check").fetchone()
+    return None if orphan is None else f"a row of table {orphan[0]} lacks its row of table {orphan[2]}"
 
 
 def _restore(copy: Database, database: Database) -> dict[str, int]:
@@ -174,7 +190,10 @@ def _count_on(target: Connection, table: Table) -> None:
 
 
 def _counted(path: Path) -> dict[str, int]:
+    """Rows of each table of a file that is whole. Raises Damaged."""
     with closing(sqlite3.connect(path)) as connection:
+        if damage := _damage(connection):
+            raise Damaged(damage)
         names = [table.name for table in Base.metadata.sorted_tables]
         return {n: connection.execute(f"SELECT count(*) FROM {n}").fetchone()[0] for n in names}  # noqa: S608
 

@@ -16,11 +16,24 @@ from service.settings import Settings
 
 
 def back_up_to(path: Path, database_url: str | None) -> None:
-    """Write a backup and say what is in it. Raises Conflict where the file is there, else InvalidInput."""
-    database = bootstrap.open_database(Settings.from_environment(database_url=database_url), create=False)
+    """Write a backup and say what is in it.
+
+    Raises Conflict where the file is there or the database is damaged, else InvalidInput.
+    """
+    settings = Settings.from_environment(database_url=database_url)
+    database = bootstrap.open_database(settings, create=False)
     try:
         with writing(path, "backup"):
             rows = backup.back_up(database, path)
+    except backup.Damaged as wrong:
+        raise Conflict(
+            f"the database {settings.shown} is damaged: {wrong}",
+            code="database_damaged",
+            field="database_url",
+            value=str(wrong),
+            advice="no backup was written: keep the earlier ones, restore the last of them into a new database, and "
+            "have the disk looked at",
+        ) from wrong
     finally:
         database.close()
     print(f"{path}: {_in_words(rows)}")

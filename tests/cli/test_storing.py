@@ -111,6 +111,28 @@ def test_a_backup_that_cannot_be_restored_makes_no_database(
     assert not list(tmp_path.glob("backup.db-*"))
 
 
+def test_a_damaged_database_gives_no_backup(url: str, sessions: list[str], tmp_path: Path) -> None:
+    file = Path(url.removeprefix("sqlite:///"))
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        (page,) = connection.execute(
+            "SELECT rootpage FROM sqlite_master WHERE name = 'ix_reading_source_taken_at'"
+        ).fetchone()
+    whole = file.read_bytes()
+    end = page * 4096
+    for hurt in (
+        bytes(4096),
+        whole[end - 4096 : end - 64] + bytes(64),
+    ):  # no page at all; an entry that is not the row's
+        file.write_bytes(whole[: end - 4096] + hurt + whole[end:])
+        with pytest.raises(Conflict, match="is damaged: ") as refused:
+            ran("backup", str(tmp_path / "backup.db"), *at(url))
+        assert refused.value.code == "database_damaged"
+        assert not list(tmp_path.glob("backup.db*"))
+    file.write_bytes(whole)
+    assert "2 sessions" in ran("backup", str(tmp_path / "backup.db"), *at(url))
+
+
 def test_a_backup_holds_neither_token_nor_cookie(url: str, tmp_path: Path) -> None:
     with workshop(url) as shop:
         token, text = tokens.create(shop.work, "tablet", ["technician"])
