@@ -1,8 +1,9 @@
 """The bridge: a source of readings on one side, a service on the other, a spool between them.
 
 Three threads, so that none waits for another: one reads the source, one puts what it read into the spool, and the one
-that runs the bridge sends what is in the spool and forgets it once it is acknowledged. Delivery is at least once; the
-service stores each (source, sequence) once.
+that runs the bridge sends what is in the spool and forgets it once it is acknowledged. A service that listens itself
+takes batches past the spool (`drivers.express`). Delivery is at least once; the service stores each (source, sequence)
+once.
 """
 
 from __future__ import annotations
