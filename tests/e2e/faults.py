@@ -30,6 +30,9 @@ from tests.drivers.frames import readings
 from tests.e2e.namespaces import no_namespace, run_inside
 from tests.e2e.processes import Process, serve
 
+A_KILL = 4_000
+"""Readings that are delivered between two kills, at most."""
+
 
 @dataclass
 class Place:
@@ -194,9 +197,10 @@ def main() -> None:
     """A campaign: every fault, many times."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--kills", type=int, default=20)
-    parser.add_argument("--readings", type=int, default=100_000)
+    parser.add_argument("--readings", type=int, help="default: enough to be still under way at the last kill")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    options.readings = options.readings or max(100_000, A_KILL * options.kills)
     rng = random.Random(options.seed)
     for fault in (kill_the_bridge, kill_the_service):
         with tempfile.TemporaryDirectory() as folder:
