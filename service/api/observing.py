@@ -52,6 +52,8 @@ def _tell(scope: Scope, status: int, seconds: float) -> None:
     state = scope.get("state", {})
     operation, principal = state.get("operation") or "none", state.get("principal")
     scope["app"].state.work.meters.answered(operation, status, seconds)
+    if not _log.isEnabledFor(logging.INFO):
+        return
     session = _SESSION.search(scope["path"])
     _log.info(
         "%s %s %s",

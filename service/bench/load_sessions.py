@@ -47,8 +47,8 @@ LOOKS = (
 )
 """What is asked for whatever the session."""
 _EARLIER = {
-    "sqlite": "strftime('%Y-%m-%d %H:%M:%f000', created_at, '-' || i || ' seconds')",
-    "postgresql": "created_at - i * interval '1 second'",
+    "sqlite": "strftime('%Y-%m-%d %H:%M:%f000', {}, '-' || i || ' seconds')",
+    "postgresql": "{} - i * interval '1 second'",
 }
 _SIZE = {
     "sqlite": "SELECT page_count * page_size FROM pragma_page_count(), pragma_page_size()",
@@ -61,11 +61,9 @@ _TEMPLATE = (
 """The first session of all, at every size: later ones are those that the paths were measured on."""
 _COPY = "'copy-' || CAST(i AS TEXT)"
 _ON_MACHINE = f"'copy-' || CAST(i % {MACHINES} AS TEXT)"
-_CHANGES: dict[str, dict[str, str]] = {
-    "influence": {"id": _COPY, "session_id": _COPY, "machine_id": _ON_MACHINE},
-    # Out of the chain: `verify` is to find the service's own entries unbroken.
-    "audit": {"session_id": _COPY, "number": "CAST(NULL AS BIGINT)", "hash": "NULL"},
-}
+_LEARNED = {"id": _COPY, "session_id": _COPY, "machine_id": _ON_MACHINE}
+_TOLD = {"session_id": _COPY, "number": "CAST(NULL AS BIGINT)", "hash": "NULL"}
+"""Out of the chain: `verify` is to find the service's own entries unbroken."""
 _PART = {"id": "CAST(i AS TEXT) || '-' || CAST(number AS TEXT)", "session_id": _COPY}
 
 
@@ -162,10 +160,13 @@ def _fill(url: str, engine: str, stored: int, count: int) -> None:
 
 
 def _copy_sessions(connection: SqlConnection, engine: str, template: str, first: int, last: int) -> None:
-    closed = {"id": _COPY, "machine_id": _ON_MACHINE, "state": "'closed'", "created_at": _EARLIER[engine]}
+    opened, learned = (_EARLIER[engine].format(column) for column in ("created_at", "learned_at"))
+    closed = {"id": _COPY, "machine_id": _ON_MACHINE, "state": "'closed'", "created_at": opened}
     _copy(connection, "session", closed, "id", template, first, last)
-    for part in ("run", "correction", "plan", "influence", "audit"):
-        _copy(connection, part, _CHANGES.get(part, _PART), "session_id", template, first, last)
+    for part in ("run", "correction", "plan"):
+        _copy(connection, part, _PART, "session_id", template, first, last)
+    _copy(connection, "influence", _LEARNED | {"learned_at": learned}, "session_id", template, first, last)
+    _copy(connection, "audit", _TOLD, "session_id", template, first, last)
 
 
 def _machine_of(connection: SqlConnection) -> str:
