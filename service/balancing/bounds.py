@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
+from scipy.optimize import nnls
 
 from service.balancing.phasors import ComplexArray, FloatArray
 from service.balancing.reach import Reach, reach_of
@@ -186,8 +187,6 @@ def _least_squares(
     extra = np.array(cuts).reshape(len(cuts), len(x) + 1)
     if reach.contains(complex_of(x)) and (extra[:, :-1] @ x <= extra[:, -1]).all():
         return x
-    from scipy.optimize import nnls  # a fifth of the time in which the service starts, and not every plan comes here
-
     planes, edges = reach.support.shape
     normal = np.zeros((planes * edges, 2 * planes))
     for p in range(planes):
