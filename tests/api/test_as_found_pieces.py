@@ -21,7 +21,6 @@ SEVERAL = [
 ]
 
 
-@pytest.mark.arithmetic
 class TestStay:
     def test_its_hole_is_taken_and_it_counts(self, shared_shop: Workshop) -> None:
         pieces = [piece("1", 180.0, 200.0, "stay"), piece("2", 300.0, 10.0, "stay")]
@@ -61,7 +60,6 @@ class TestStay:
 
 
 class TestRemove:
-    @pytest.mark.arithmetic
     @pytest.mark.parametrize("objective", ["residual_vibration", "components", "bearing_force"])
     def test_it_comes_off_where_that_is_better(self, shared_shop: Workshop, objective: str) -> None:
         pieces = [piece("1", 0.0, 200.0, "remove")]
@@ -72,7 +70,6 @@ class TestRemove:
         assert off == [("1", 0.0, 200.0, False)]
         assert ("remove", "1", 0.0, 200.0) in actions(plan)
 
-    @pytest.mark.arithmetic
     def test_it_stays_where_that_is_better(self, shared_shop: Workshop) -> None:
         pieces = [piece("1", 250.0, 150.0, "remove")]
         session, _ = opened(shared_shop, pieces)
@@ -101,7 +98,6 @@ class TestRemove:
         used = [p["mass_g"] for p in fitted["fitted"]]
         assert shop.on_hand(box) == {grams: count - used.count(grams) for grams, count in BOX.items()}
 
-    @pytest.mark.arithmetic
     def test_in_a_hole_for_two_neither_is_exchanged(self, shared_shop: Workshop) -> None:
         session, _ = opened(shared_shop, [piece("1", 180.0, 200.0, "remove")], masses_per_position=2)
         blocked = [{"plane": "1", "position_deg": angle} for angle in (0.0, 50.0, 130.0, 250.0, 300.0)]
@@ -114,7 +110,6 @@ class TestRemove:
         assert [1 for on, off in seen if ("1", 180.0, 200.0) in on and not off]  # both of them
         assert all(one not in seen[:index] for index, one in enumerate(seen))
 
-    @pytest.mark.arithmetic
     def test_its_hole_is_blocked(self, shared_shop: Workshop) -> None:
         pieces = [piece("1", 250.0, 35.0, "remove")]
         session, _ = opened(shared_shop, pieces)
@@ -163,13 +158,11 @@ class TestMove:
 
 
 class TestTogether:
-    @pytest.mark.arithmetic
     @pytest.mark.parametrize("objective", ["residual_vibration", "components", "bearing_force"])
     def test_the_best_of_all(self, shared_shop: Workshop, objective: str) -> None:
         session, _ = opened(shared_shop, SEVERAL)
         holds(planned(shared_shop, session, objective=objective), SEVERAL, objective)
 
-    @pytest.mark.arithmetic
     def test_random_pieces(self, shared_shop: Workshop) -> None:
         rng = np.random.default_rng(7)
         for _ in range(3):
@@ -252,7 +245,6 @@ class TestTogether:
                 [a.objective_value for a in now.alternatives], rel=SAME
             )
 
-    @pytest.mark.arithmetic
     def test_front_and_what_if_know_of_them(self, shared_shop: Workshop) -> None:
         session, _ = opened(shared_shop, SEVERAL)
         plan = planned(shared_shop, session)

@@ -24,7 +24,6 @@ class TestQuality:
         report = shop.get(f"/sessions/{session}/report.json")
         assert report["tolerance"]["grade_reached_mm_s"] == pytest.approx(tolerance["grade_reached_mm_s"], rel=1e-6)
 
-    @pytest.mark.arithmetic
     @pytest.mark.parametrize(
         ("change", "said"),
         [
@@ -79,7 +78,6 @@ class TestQuality:
         shop.post(f"/machines/{machine}/influence", {"session_id": session})
         assert all(s["angle_deg"] is not None for s in shop.get(f"/sessions/{session}/trial-masses"))
 
-    @pytest.mark.arithmetic
     def test_ellipses_and_intervals_shrink_with_the_scatter(self, shop: Workshop) -> None:
         session = shop.session()
         learned(shop, session)
@@ -88,7 +86,6 @@ class TestQuality:
             assert entry["interval"]["low"] < entry["mass_g"] < entry["interval"]["high"]
             assert entry["angle_interval"]["low"] < entry["angle_deg"] < entry["angle_interval"]["high"]
 
-    @pytest.mark.arithmetic
     def test_inexact_placement_widens_the_prediction(self, shop: Workshop) -> None:
         session = shop.session()
         learned(shop, session)
@@ -159,7 +156,6 @@ def test_dead_sensors(shop: Workshop) -> None:
     shop.refused("POST", f"/sessions/{session}/corrections", {"source": "fit"}, 422, "all_readings_zero")
 
 
-@pytest.mark.arithmetic
 class TestIsItUnbalance:
     """Directions, axial sensors and the broadband value reach the diagnostics."""
 

@@ -37,7 +37,6 @@ class TestWithoutAnyPhase:
         assert problem["field"] == "source"
 
 
-@pytest.mark.arithmetic
 class TestMethods:
     def test_minimax_makes_the_greatest_share_of_its_limit_smallest_and_says_how_small(self, shop: Workshop) -> None:
         three = replace(

@@ -11,7 +11,6 @@ from tests.api.tiny_bench import ALL, EVERYTHING, SAME, Bench, bench_on, chosen
 from tests.api.workshop import Workshop
 
 
-@pytest.mark.arithmetic
 class TestAlternatives:
     @pytest.mark.parametrize(("objective", "norm"), ALL[:3] + ALL[4:])
     def test_the_next_best_in_order(self, bench: Bench, objective: str, norm: str | None) -> None:
@@ -56,7 +55,6 @@ class TestAlternatives:
 
 
 class TestFront:
-    @pytest.mark.arithmetic
     @pytest.mark.parametrize(("objective", "norm"), ALL[:3] + ALL[4:])
     def test_each_point_is_the_best_of_so_many(self, bench: Bench, objective: str, norm: str | None) -> None:
         plan = bench.plan(objective=objective, norm=norm)
@@ -86,7 +84,6 @@ class TestFront:
         assert [point["pieces"] for point in points] == [len(point["offer"]["placements"]) for point in points]
         assert points[0]["pieces"] == len(fitted["fitted"])
 
-    @pytest.mark.arithmetic
     def test_blocked_holes_stay_empty(self, bench: Bench) -> None:
         blocked = [{"plane": "2", "position_deg": angle} for angle in (130.0, 180.0, 250.0)]
         every = EVERYTHING.but(taken=frozenset(("2", angle) for angle in (130.0, 180.0, 250.0)))

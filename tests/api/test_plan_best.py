@@ -11,7 +11,6 @@ from tests.api.tiny_bench import ALL, EVERYTHING, SAME, Bench, answer_of, bench_
 from tests.api.workshop import LinearDrum, Workshop, vector_of
 
 
-@pytest.mark.arithmetic
 class TestBest:
     @pytest.mark.parametrize(("objective", "norm"), ALL)
     def test_certified_is_the_best_of_all(self, bench: Bench, objective: str, norm: str | None) -> None:

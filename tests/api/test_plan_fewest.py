@@ -13,7 +13,6 @@ from tests.api.workshop import Workshop
 
 
 class TestFewest:
-    @pytest.mark.arithmetic
     @pytest.mark.parametrize(("objective", "norm"), ALL[:3] + ALL[4:])
     def test_the_fewest_that_meet_the_limit(self, bench: Bench, objective: str, norm: str | None) -> None:
         # A mode of its own measures the residual by the worst sensor where no norm is stated.
@@ -31,7 +30,6 @@ class TestFewest:
             said = {0: "the limit is met without any piece", 1: "1 piece meets the limit"}
             assert said.get(int(fewest), f"{fewest} pieces meet the limit") in plan["message"]
 
-    @pytest.mark.arithmetic
     def test_every_sensor_within_its_own_limit(self, shared_shop: Workshop) -> None:
         """Without a limit of its own the mode asks for that: here the limits allow it with three pieces."""
         values, pieces = EVERYTHING.values("residual_vibration", "max"), EVERYTHING.pieces
@@ -60,7 +58,6 @@ class TestFewest:
         assert (answer["offer"]["status"], answer["worse_by"]) == ("infeasible", None)
         assert answer["offer"]["reason"] == plan["reason"]
 
-    @pytest.mark.arithmetic
     def test_what_would_help_does_help(self, bench: Bench) -> None:
         """Every piece that the reason would buy, bought, meets the limit; every other does not."""
         limit = EVERYTHING.best("residual_vibration", "max") * 0.98
@@ -101,7 +98,6 @@ class TestFewest:
             problem = bench.refused(**{**body, **request_})
         assert problem["field"] == field
 
-    @pytest.mark.arithmetic
     @pytest.mark.parametrize(
         ("request_", "field"),
         [
@@ -113,7 +109,6 @@ class TestFewest:
     def test_what_the_method_or_mode_would_ignore(self, bench: Bench, request_: Any, field: str) -> None:
         assert bench.refused(**request_)["field"] == field
 
-    @pytest.mark.arithmetic
     def test_as_few_masses_are_all_that_is_spoken_of(self, bench: Bench) -> None:
         """More masses may be better: no plan of this mode, and no point of a front, says otherwise."""
         values = EVERYTHING.values("components")

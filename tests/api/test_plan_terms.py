@@ -26,7 +26,6 @@ def bench_with(shop: Workshop, items: list[dict[str, Any]], **changes: Any) -> B
     return Bench(shop, session, box, shop.correct(session))
 
 
-@pytest.mark.arithmetic
 @pytest.mark.parametrize("objective", ["components", "bearing_force", "residual_vibration"])
 def test_fasteners_are_mass_like_any_other(shared_shop: Workshop, objective: str) -> None:
     """The best of all selections in which each piece weighs as much as it and its fastener."""
@@ -39,7 +38,6 @@ def test_fasteners_are_mass_like_any_other(shared_shop: Workshop, objective: str
     assert {p["mass_g"]: p["fastener_g"] for p in plan["placements"]}.items() <= HEAVIER.items()
 
 
-@pytest.mark.arithmetic
 def test_a_position_takes_so_many_grams(shared_shop: Workshop) -> None:
     """A greatest force on a position is a greatest mass in it, two pieces and their fasteners together."""
     omega = 460.0 * math.pi / 30.0
@@ -57,7 +55,6 @@ def test_a_position_takes_so_many_grams(shared_shop: Workshop) -> None:
     assert free["objective_value"] < plan["objective_value"] * (1.0 - SAME)
 
 
-@pytest.mark.arithmetic
 @pytest.mark.parametrize("common", [0, 1])
 def test_of_pieces_alike_the_commonest_is_taken(shared_shop: Workshop, common: int) -> None:
     """110 g by themselves, or 100 g with a fastener of 10 g: the drum cannot tell them apart, the box can."""
@@ -68,7 +65,6 @@ def test_of_pieces_alike_the_commonest_is_taken(shared_shop: Workshop, common: i
     assert {p["mass_g"] for p in plan["placements"]} == {[110.0, 100.0][common]}
 
 
-@pytest.mark.arithmetic
 @pytest.mark.parametrize("norm", ["sum", "max", "rms"])
 def test_several_speeds_are_joined(shared_shop: Workshop, norm: str) -> None:
     """Runs at two speeds: each sensor counts once at each, and the plan is the best for all of them together."""

@@ -12,7 +12,6 @@ from tests.api.workshop import Workshop
 
 
 class TestWhatIf:
-    @pytest.mark.arithmetic
     def test_a_piece_that_the_plan_uses_is_missing(self, bench: Bench) -> None:
         plan = bench.plan()
         for grams in {p["mass_g"] for p in plan["placements"]}:
@@ -24,7 +23,6 @@ class TestWhatIf:
             assert (answer["objective_value"], answer["objective_unit"]) == (plan["objective_value"], "1")
             assert answer["offer"]["status"] == "optimal"
 
-    @pytest.mark.arithmetic
     def test_a_piece_is_bought(self, bench: Bench) -> None:
         plan = bench.plan(objective="components")
         for grams in BOX:
@@ -34,7 +32,6 @@ class TestWhatIf:
             assert answer["worse_by"] <= SAME
             assert answer["objective_unit"] == "g.mm"
 
-    @pytest.mark.arithmetic
     def test_a_hole_is_blocked(self, bench: Bench) -> None:
         first = bench.plan()["placements"][0]
         already = {"plane": first["plane"], "position_deg": first["position_deg"]}
@@ -46,7 +43,6 @@ class TestWhatIf:
             assert not taken & {(p["plane"], p["position_deg"]) for p in answer["offer"]["placements"]}
             assert answer["offer"]["objective_value"] == pytest.approx(EVERYTHING.but(taken=taken).best(), rel=SAME)
 
-    @pytest.mark.arithmetic
     def test_everything_at_once_and_nothing_at_all(self, bench: Bench) -> None:
         plan = bench.plan(alternatives=2)
         same = bench.what_if(plan)
