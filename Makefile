@@ -35,7 +35,7 @@ types: setup
 # Our own modules are compiled once for all processes, also where the environment says otherwise.
 unit: export PYTHONDONTWRITEBYTECODE =
 unit: setup
-	@start=$$(date +%s); $(BIN)/pytest -n 2 --dist worksteal --durations=10 && echo "make unit: $$(($$(date +%s) - start)) s"
+	@start=$$(date +%s); $(BIN)/pytest -n 3 --dist worksteal --durations=10 && echo "make unit: $$(($$(date +%s) - start)) s"
 
 # Known vulnerabilities of the pinned dependencies; what could not be looked up is told as not checked (status 2).
 audit: setup
