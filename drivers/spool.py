@@ -12,6 +12,7 @@ import sqlite3
 import threading
 from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
@@ -81,6 +82,8 @@ class Spool(Opened):
         self._waiting = self._last_id = 0
         self._held: deque[Spooled] | None = None
         """All that waits, in order; None where more waits than is held."""
+        self._owed: tuple[int, int] | None = None
+        """What is acknowledged and still on disk, from id to id: a full one could not forget it yet."""
 
     def open(self) -> None:
         """Open or create the file. Raises `SpoolUnusable`."""
@@ -101,7 +104,9 @@ class Spool(Opened):
                     f"spool {self.path} is of format {version}, this version reads {FORMAT}: move it away"
                 )
             older = _FROM_FORMAT_1 if version == 1 else ""
-            self._db.executescript(f"BEGIN EXCLUSIVE; {older} {_SCHEMA} PRAGMA user_version={FORMAT}; COMMIT;")
+            # A spool as it should be is not written to: its disk may be full.
+            change = f"{older} {_SCHEMA} PRAGMA user_version={FORMAT};" if version != FORMAT else ""
+            self._db.executescript(f"BEGIN EXCLUSIVE; {change} COMMIT;")
             (self._waiting,) = self._db.execute("SELECT count(*) FROM kept").fetchone()
             self._held = None if self._waiting else deque()
             self._last_id = self._newest_id()
@@ -109,9 +114,8 @@ class Spool(Opened):
             self.close()
             if isinstance(error, SpoolUnusable):
                 raise
-            raise SpoolUnusable(
-                f"spool {self.path} cannot be used ({error}): is another bridge using it, may this user write there?"
-            ) from error
+            advice = "make room" if _is_full(error) else "is another bridge using it, may this user write there?"
+            raise SpoolUnusable(f"spool {self.path} cannot be used ({error}): {advice}") from error
 
     def close(self) -> None:
         """Let go of the file; harmless when closed."""
@@ -129,9 +133,8 @@ class Spool(Opened):
         try:
             return self._put(entries)
         except SpoolFull:
-            # The journal may be what hit the limit, and it can be emptied into the file.
             with self._lock:
-                self._checkpoint()
+                self._make_room()
             return self._put(entries)
 
     def _put(self, entries: Sequence[Entry | Mark]) -> int:
@@ -170,25 +173,36 @@ class Spool(Opened):
     # ------------------------------------------------------------ out
     def first(self, most: int) -> Sequence[Spooled]:
         """The oldest that wait, in the order they came."""
-        query = "SELECT id, kind, source, sequence, body FROM kept ORDER BY id LIMIT ?"
+        query = "SELECT id, kind, source, sequence, body FROM kept WHERE id > ? ORDER BY id LIMIT ?"
         with self._lock:
             database = self._connection
             if self._held is not None:
                 return list(islice(self._held, most))
             with _Transaction(database, self.path) as db:
-                return [Spooled(*row) for row in db.execute(query, (most,))]
+                return [Spooled(*row) for row in db.execute(query, (self._owed[1] if self._owed else 0, most))]
 
     def done(self, items: Sequence[Spooled]) -> None:
-        """Forget the oldest, up to the last of `items`. Raises `SpoolFull` where the disk cannot even take that."""
+        """Forget the oldest, up to the last of `items`; on a full disk in memory first, and there with the next."""
         if items:
             with self._lock:
-                with _Transaction(self._connection, self.path) as db:
-                    between = (items[0].id, items[-1].id)
-                    gone = db.execute("DELETE FROM kept WHERE id BETWEEN ? AND ?", between).rowcount
-                self._forget(gone, items[0].id, items[-1].id)
+                first, last = items[0].id, items[-1].id
+                self._forget(len(items), first, last)
+                self._owed = (self._owed[0] if self._owed else first, last)
+                try:
+                    self._settle()
+                except SpoolFull:
+                    self._make_room()
 
     def set_aside(self, item: Spooled, reason: str) -> None:
-        """Keep an entry apart, with what the service said to it: it is not sent again."""
+        """Keep an entry apart, with what the service said to it: it is not sent again. Raises `SpoolFull`."""
+        try:
+            self._set_aside(item, reason)
+        except SpoolFull:
+            with self._lock:
+                self._make_room()
+            self._set_aside(item, reason)
+
+    def _set_aside(self, item: Spooled, reason: str) -> None:
         with self._lock:
             with _Transaction(self._connection, self.path) as db:
                 row = (item.id, item.kind, item.source, item.sequence, item.body, reason)
@@ -254,11 +268,38 @@ class Spool(Opened):
             raise SpoolUnusable(f"spool {self.path} is not open: open it first")
         return self._db
 
-    def _checkpoint(self) -> None:
-        try:
+    def _settle(self) -> None:
+        """Delete what is acknowledged. Raises `SpoolFull` where the disk cannot even take that."""
+        if self._owed is not None:
+            with _Transaction(self._connection, self.path) as db:
+                db.execute("DELETE FROM kept WHERE id BETWEEN ? AND ?", self._owed)
+            self._owed = None
+
+    def _make_room(self) -> None:
+        """What can be done about a full disk from here; the put that follows says whether it was enough."""
+        with suppress(sqlite3.Error):
+            # The journal may be what hit the limit, and it can be emptied into the file.
             self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-        except sqlite3.Error:
-            return  # the put that follows says what is wrong
+        with suppress(SpoolFull):
+            self._settle()
+        if self._owed is not None and not self._waiting:
+            self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Write the file anew with the little that it must know, as all that fills the disk is acknowledged."""
+        database = self._connection
+        if database.execute("SELECT 1 FROM aside").fetchone():
+            return  # that is in no other place
+        known = {name: database.execute(f"SELECT * FROM {name}").fetchall() for name in ("highest", "counter")}  # noqa: S608
+        self.close()
+        for suffix in ("-wal", "-shm", ""):
+            Path(f"{self.path}{suffix}").unlink(missing_ok=True)
+        self.open()
+        self._owed = None
+        with _Transaction(self._connection, self.path) as db:
+            for name, rows in known.items():
+                for row in rows:
+                    db.execute(f"INSERT INTO {name} VALUES ({', '.join('?' * len(row))})", row)  # noqa: S608
 
 
 class _Transaction:
@@ -290,10 +331,14 @@ class _Transaction:
             raise self._told(failure) from failure
 
     def _told(self, error: sqlite3.Error) -> SpoolFull | SpoolUnusable:
-        code = getattr(error, "sqlite_errorcode", 0) & 0xFF
-        if code in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR):
+        if _is_full(error):
             return SpoolFull(
                 f"spool {self._path} or its disk is full ({error}): nothing new is kept until the service has taken "
                 "some of what waits, or there is room"
             )
         return SpoolUnusable(f"spool {self._path} cannot be used ({error}): check the file")
+
+
+def _is_full(error: BaseException) -> bool:
+    """Whether SQLite says that its disk has no room; a file that may not grow is told as an error of the disk."""
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)

@@ -19,6 +19,7 @@ from drivers.reading import Answer, Counter, Entry, Mark
 from drivers.spool import ANSWER, READING, Spool
 from drivers.wire import reading_to_dict
 from tests.drivers.frames import START, readings
+from tests.drivers.full_disk import no_small_disk, run_on_small_disk
 
 
 def test_entries_come_out_as_they_went_in(tmp_path: Path) -> None:
@@ -112,6 +113,17 @@ def test_a_spool_of_the_first_format_is_gone_on_with(tmp_path: Path) -> None:
         with Spool(path) as spool:
             assert spool.waiting() == 2
             assert spool.mark("can") == Mark("can", 0, (Counter("Sensor1", 9, START, None),))
+
+
+@pytest.mark.skipif(no_small_disk() is not None, reason=no_small_disk() or "")
+def test_a_spool_that_fills_its_own_disk_is_emptied_again_and_goes_on(tmp_path: Path) -> None:
+    seen = json.loads(run_on_small_disk(tmp_path))
+    first, opened, second, waiting = seen["kept"]
+    assert first == opened > 10
+    assert seen["delivered"] == list(range(1, first + 1))
+    assert second == waiting > 10, "there is room again"
+    assert seen["highest"] == first + 1 + second, "one found no place in between"
+    assert seen["mark"]
 
 
 class SpoolAgainstList(RuleBasedStateMachine):
