@@ -206,10 +206,13 @@ class Bridge:
 
     # ------------------------------------------------------------ to the service
     def _deliver(self) -> None:
-        told = self._clock.now()
+        told, well = self._clock.now(), False
         while not self._stop.is_set():
             ended = self._ended.is_set()
             sent = self._delivered_directly() or self._delivery.once()
+            if sent and not well:
+                self._report(self.status())  # it goes, or goes again; and how many frames a pause has cost
+            well = (well or sent) and not self._delivery.away
             if not sent and ended and not self._spool.waiting():
                 return
             if (self._clock.now() - told).total_seconds() >= self._status_s:

@@ -78,7 +78,7 @@ def open_bus(address: BusAddress) -> can.BusABC:
             f"CAN interface {address.interface!r} needs a package that is not installed ({error}): install it"
         ) from error
     except (can.CanError, OSError) as error:
-        raise BusUnavailable(f"{address} cannot be opened ({error}): {_advice(address.interface)}") from error
+        raise BusUnavailable(f"{address} cannot be opened ({error}): {_advice(address)}") from error
     except (TypeError, ValueError, KeyError, AttributeError) as error:
         raise BusUnavailable(f"{address} cannot be opened ({error}): check the channel and the options") from error
 
@@ -102,7 +102,7 @@ def bus_errors(address: BusAddress) -> Iterator[None]:
     except BusUnavailable:
         raise
     except (can.CanError, OSError, ValueError) as error:
-        raise BusUnavailable(f"{address} was lost ({error}): {_advice(address.interface)}") from error
+        raise BusUnavailable(f"{address} was lost ({error}): {_advice(address)}") from error
 
 
 def _value(text: str) -> object:
@@ -116,11 +116,13 @@ def _value(text: str) -> object:
     return text
 
 
-def _advice(interface: str) -> str:
+def _advice(address: BusAddress) -> str:
+    interface = address.interface
     if interface == "socketcan":
+        channel = address.channel or DEFAULTS[interface]["channel"]
         return (
-            "this machine's kernel may have no CAN, or the interface is not up; try `ip link set can0 up type can "
-            "bitrate 500000` as root"
+            "this machine's kernel may have no CAN, or the interface is not up; try "
+            f"`ip link set {channel} up type can bitrate 500000` as root"
         )
     if interface == "udp_multicast":
         return "there must be a route for the group, such as `ip route add 224.0.0.0/4 dev lo` as root"
