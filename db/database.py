@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,6 +19,9 @@ from db.notices import Notices
 from db.store import Store
 
 BUSY_TIMEOUT_MS = 15_000
+_DISK_FULL = "53100"
+"""PostgreSQL's SQLSTATE."""
+_READING = (sqlite3.SQLITE_IOERR_READ, sqlite3.SQLITE_IOERR_SHORT_READ)
 
 
 class Undone(Exception):
@@ -25,6 +29,18 @@ class Undone(Exception):
 
     Catch around the unit of work, or around `Store.part()`, which is undone by itself.
     """
+
+
+def lacks_room(error: BaseException) -> bool:
+    """Whether the engine, or SQLAlchemy around it, says that the disk takes no more.
+
+    SQLite calls a write that the system refuses, at a quota or a limit of a file's size, an input/output error.
+    """
+    said = getattr(error, "orig", None) or error
+    code = getattr(said, "sqlite_errorcode", 0)
+    if code & 0xFF == sqlite3.SQLITE_IOERR:
+        return code not in _READING
+    return code & 0xFF == sqlite3.SQLITE_FULL or getattr(said, "sqlstate", None) == _DISK_FULL
 
 
 class Database:

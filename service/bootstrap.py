@@ -10,11 +10,11 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, OperationalError
 
 from db import migrate
-from db.database import Database
+from db.database import Database, lacks_room
 from service.errors import Conflict, InvalidInput, Unavailable
 from service.settings import Settings
 from service.usecases.turns import Turns
-from service.usecases.work import Work
+from service.usecases.work import Work, storage_full
 
 
 def migrate_database(settings: Settings) -> tuple[str | None, str | None]:
@@ -122,6 +122,8 @@ def _answering(settings: Settings) -> Iterator[None]:
                 value=settings.shown,
                 advice="nothing was changed in it; check the address, or restore the file from a backup",
             ) from broken
+        if isinstance(broken, OperationalError) and lacks_room(broken):
+            raise storage_full(broken) from broken
         reason = broken.orig if isinstance(broken, DatabaseError) else broken
         raise Unavailable(
             f"the database {settings.shown} does not answer: {reason}",

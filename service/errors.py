@@ -116,3 +116,9 @@ class Unavailable(DrumtrueError):
 
     status = 503
     code = "unavailable"
+
+
+class StorageFull(Unavailable):
+    """The database answers, but what it was to store has no room on its disk."""
+
+    code = "storage_full"

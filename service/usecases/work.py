@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 import uuid
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
-from db.database import Database
+from sqlalchemy.exc import OperationalError
+
+from db.database import Database, lacks_room
 from db.rows import Base
 from db.store import Store
-from service.errors import NotFound
+from service.errors import NotFound, StorageFull
 from service.usecases.meters import Meters
 from service.usecases.together import Together
 from service.usecases.turns import Turns
 
 Row = TypeVar("Row", bound=Base)
+_log = logging.getLogger("drumtrue.storage")
 
 
 def utc_now() -> datetime:
@@ -65,12 +69,33 @@ class Work:
         return replace(self, seen=version)
 
     def write(self) -> AbstractContextManager[Store]:
-        """A unit of work that commits at its end."""
-        return self.database.write(self.actor, self.now) if self.joined is None else self.joined()
+        """A unit of work that commits at its end. Raises StorageFull where the disk does not take it."""
+        return _stored(self.database.write(self.actor, self.now) if self.joined is None else self.joined())
 
     def read(self) -> AbstractContextManager[Store]:
         """A unit of work that only looks."""
-        return self.database.read()
+        return _stored(self.database.read())
+
+
+@contextmanager
+def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
+    try:
+        with unit as store:
+            yield store
+    except OperationalError as error:
+        if not lacks_room(error):
+            raise
+        _log.error("nothing was stored: %s", error.orig)
+        raise storage_full(error) from error
+
+
+def storage_full(error: OperationalError) -> StorageFull:
+    """The error for what the engine had no room for."""
+    return StorageFull(
+        f"the database has no room for this: {error.orig}",
+        advice="nothing was stored; make room on the database's disk, or raise its quota or limit of a file's size, "
+        "then try again; where there is room, have the disk looked at",
+    )
 
 
 def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> Row:
