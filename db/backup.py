@@ -50,7 +50,7 @@ def back_up(database: Database, path: Path) -> dict[str, int]:
     if path.exists():
         raise FileExistsError(path)
     unfinished = path.with_name(path.name + ".unfinished")
-    unfinished.unlink(missing_ok=True)
+    remove(unfinished)
     try:
         if database.embedded:
             _copy_file(database.engine, unfinished)
@@ -59,12 +59,33 @@ def back_up(database: Database, path: Path) -> dict[str, int]:
         rows = _counted(unfinished)
         unfinished.rename(path)
     except sqlite3.DatabaseError as wrong:
-        if getattr(wrong, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB):
+        if _is_damage(wrong):
             raise Damaged(str(wrong)) from wrong
         raise
     finally:
-        unfinished.unlink(missing_ok=True)
+        remove(unfinished)
     return rows
+
+
+def remove(path: Path) -> None:
+    """Remove an SQLite file that nobody has open, and what SQLite put beside it."""
+    for beside in ("", "-journal", "-wal", "-shm"):
+        path.with_name(path.name + beside).unlink(missing_ok=True)
+
+
+def damage(database: Database) -> str | None:
+    """What is wrong with the structure of an SQLite database; None where all is whole. Every page is read."""
+    with database.engine.connect() as connection:
+        try:
+            return _damage(_driver(connection))
+        except sqlite3.DatabaseError as wrong:
+            if _is_damage(wrong):
+                return str(wrong)
+            raise
+
+
+def _is_damage(error: sqlite3.DatabaseError) -> bool:
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 def restore(path: Path, opened: Callable[[], Database]) -> dict[str, int]:
@@ -105,8 +126,8 @@ def _require_whole(connection: Connection) -> None:
     """Raise NotABackup for a damaged page, a row that breaks a rule of its table, or a table that is not there."""
     for table in _plain_tables():
         connection.execute(select(table).limit(1))
-    if damage := _damage(_driver(connection)):
-        raise NotABackup(f"it is damaged: {damage}")
+    if found := _damage(_driver(connection)):
+        raise NotABackup(f"it is damaged: {found}")
 
 
 def _damage(connection: sqlite3.Connection) -> str | None:
@@ -192,8 +213,8 @@ def _count_on(target: Connection, table: Table) -> None:
 def _counted(path: Path) -> dict[str, int]:
     """Rows of each table of a file that is whole. Raises Damaged."""
     with closing(sqlite3.connect(path)) as connection:
-        if damage := _damage(connection):
-            raise Damaged(damage)
+        if found := _damage(connection):
+            raise Damaged(found)
         names = [table.name for table in Base.metadata.sorted_tables]
         return {n: connection.execute(f"SELECT count(*) FROM {n}").fetchone()[0] for n in names}  # noqa: S608
 

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
+from sqlalchemy.engine import make_url
 from sqlalchemy.exc import DatabaseError
 
 from db import backup
+from db.database import lacks_room
 from service import bootstrap
 from service.cli.files import counted, writing
-from service.errors import Conflict, InvalidInput
+from service.errors import Conflict, InvalidInput, StorageFull
 from service.settings import Settings
 
 
@@ -42,12 +46,14 @@ def back_up_to(path: Path, database_url: str | None) -> None:
 def restore_from(path: Path, database_url: str | None) -> None:
     """Put a backup into a database that holds nothing yet.
 
-    Raises Conflict where it does, or where the backup is of a newer version, else InvalidInput.
+    Raises Conflict where it does, or where the backup is of a newer version, StorageFull where there is no room for
+    it, else InvalidInput.
     """
     settings = Settings.from_environment(database_url=database_url)
     try:
-        # Opened, and made, only for a file that is a backup.
-        rows = backup.restore(path, lambda: bootstrap.open_database(settings))
+        with _room(path, settings):
+            # Opened, and made, only for a file that is a backup.
+            rows = backup.restore(path, lambda: bootstrap.open_database(settings))
     except backup.NotEmpty as holds:
         raise Conflict(
             f"the database holds rows already (table {holds})",
@@ -70,6 +76,29 @@ def restore_from(path: Path, database_url: str | None) -> None:
             advice="nothing was stored; give a file that `drumtrue backup` wrote",
         ) from wrong
     print(f"restored {_in_words(rows)}")
+
+
+@contextmanager
+def _room(path: Path, settings: Settings) -> Iterator[None]:
+    """Leave no half-written database behind where the disk has no room. Raises StorageFull."""
+    url = make_url(settings.database_url)
+    file = Path(url.database) if url.get_backend_name() == "sqlite" and url.database else None
+    is_new = file is not None and not file.exists()
+    try:
+        yield
+    except (StorageFull, sqlite3.Error, DatabaseError) as wrong:
+        if not isinstance(wrong, StorageFull) and not lacks_room(wrong):
+            raise
+        if file is not None and is_new:
+            backup.remove(file)
+        reason = wrong.__cause__ if isinstance(wrong, StorageFull) else wrong
+        raise StorageFull(
+            f"there is no room to restore {path} into {settings.shown}: {getattr(reason, 'orig', reason)}",
+            field="database_url",
+            value=settings.shown,
+            advice="nothing was stored; make room on the database's disk, and for a copy of the backup in "
+            f"{tempfile.gettempdir()}, then restore again",
+        ) from wrong
 
 
 def retain_for(days: int, database_url: str | None) -> None:

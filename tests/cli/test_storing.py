@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import json
+import resource
 import sqlite3
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
-from service.errors import Conflict, InvalidInput, NotFound, Unavailable
+from db.database import Database
+from service import bootstrap
+from service.cli.verifying import verify_history
+from service.errors import Conflict, InvalidInput, NotFound, StorageFull, Unavailable
+from service.settings import Settings
 from service.usecases import logins, tokens
 from service.usecases.work import utc_now
 from tests.api.test_readings import arrival
+from tests.api.test_storage_full import limit_pages
 from tests.api.workshop import workshop
 from tests.cli.test_tokening import ran
 from tests.engines import engine_named
@@ -111,7 +117,9 @@ def test_a_backup_that_cannot_be_restored_makes_no_database(
     assert not list(tmp_path.glob("backup.db-*"))
 
 
-def test_a_damaged_database_gives_no_backup(url: str, sessions: list[str], tmp_path: Path) -> None:
+def test_a_damaged_database_gives_no_backup(
+    url: str, sessions: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = Path(url.removeprefix("sqlite:///"))
     with closing(sqlite3.connect(file)) as connection:
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
@@ -129,8 +137,52 @@ def test_a_damaged_database_gives_no_backup(url: str, sessions: list[str], tmp_p
             ran("backup", str(tmp_path / "backup.db"), *at(url))
         assert refused.value.code == "database_damaged"
         assert not list(tmp_path.glob("backup.db*"))
+        assert verify_history(url, None) == 1
+        assert "database_damaged: " in capsys.readouterr().out
     file.write_bytes(whole)
+    assert verify_history(url, None) == 0
+    assert "the file's structure" in capsys.readouterr().out
     assert "2 sessions" in ran("backup", str(tmp_path / "backup.db"), *at(url))
+
+
+@pytest.fixture
+def limit_files() -> Iterator[Callable[[int], None]]:
+    """Let no file of this process grow beyond so many bytes, till the test ends."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda most: resource.setrlimit(resource.RLIMIT_FSIZE, (most, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_without_room_neither_a_backup_nor_a_database_is_begun(
+    url: str, sessions: list[str], tmp_path: Path, limit_files: Callable[[int], None]
+) -> None:
+    file, new = tmp_path / "backup.db", tmp_path / "new.db"
+    ran("backup", str(file), *at(url))
+    limit_files(100_000)
+    with pytest.raises(InvalidInput, match="cannot write"):
+        ran("backup", str(tmp_path / "more.db"), *at(url))
+    with pytest.raises(StorageFull, match="there is no room to restore"):
+        ran("restore", str(file), *at(f"sqlite:///{new}"))
+    assert not [*tmp_path.glob("more.db*"), *tmp_path.glob("new.db*")]
+
+
+def test_a_database_that_fills_its_disk_on_the_way_is_removed(
+    url: str, sessions: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, new = tmp_path / "backup.db", tmp_path / "new.db"
+    ran("backup", str(file), *at(url))
+    opened = bootstrap.open_database
+
+    def narrow(settings: Settings) -> Database:
+        limit_pages(database := opened(settings), 1)
+        return database
+
+    with monkeypatch.context() as patched:
+        patched.setattr(bootstrap, "open_database", narrow)
+        with pytest.raises(StorageFull, match=r"into sqlite.*is full"):
+            ran("restore", str(file), *at(f"sqlite:///{new}"))
+    assert not list(tmp_path.glob("new.db*"))
+    assert "restored 2 sessions" in ran("restore", str(file), *at(f"sqlite:///{new}"))
 
 
 def test_a_backup_holds_neither_token_nor_cookie(url: str, tmp_path: Path) -> None:
