@@ -277,12 +277,15 @@ class Spool(Opened):
 
     def _make_room(self) -> None:
         """What can be done about a full disk from here; the put that follows says whether it was enough."""
+        emptied = settled = False
         with suppress(sqlite3.Error):
             # The journal may be what hit the limit, and it can be emptied into the file.
             self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            emptied = True
         with suppress(SpoolFull):
             self._settle()
-        if self._owed is not None and not self._waiting:
+            settled = True
+        if not self._waiting and not (emptied and settled):
             self._begin_anew()
 
     def _begin_anew(self) -> None:

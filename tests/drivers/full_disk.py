@@ -6,8 +6,10 @@ import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections import deque
+from contextlib import suppress
 from functools import cache
+from itertools import islice
 from pathlib import Path
 
 from drivers.errors import SpoolFull
@@ -42,30 +44,32 @@ def run_on_small_disk(folder: Path) -> str:
 
 
 def main(folder: Path) -> None:
-    """Fill it, open it again while it is full, take all out, and fill it a second time; print what came of it."""
-    path, some, delivered = folder / "spool.db", iter(readings(50_000)), list[int]()
+    """Fill it, open it again while it is full, then take all out and fill it again and again; print what came of it."""
+    path, some, delivered = folder / "spool.db", deque(readings(50_000)), list[int]()
     with Spool(path) as spool:
         spool.put([MARK])
         kept = [fill(spool, some)]
     with Spool(path) as spool:
         kept.append(spool.waiting())
-        while batch := spool.first(100):
-            delivered += [one.sequence for one in batch]
-            spool.done(batch)
-        kept.append(fill(spool, some))
-        kept.append(spool.waiting())
+        for most in (100, 7, 1000, 300, 50, 2_000):
+            for at_once in (most, most, 10_000):  # some, and more put meanwhile; then all
+                batch = spool.first(at_once)
+                delivered += [one.sequence for one in batch]
+                spool.done(batch)
+                kept.append(fill(spool, some))
         highest, mark = spool.highest("can"), spool.mark("can") == MARK
     sys.stdout.write(json.dumps({"kept": kept, "delivered": delivered, "highest": highest, "mark": mark}))
 
 
-def fill(spool: Spool, some: Iterator[Reading]) -> int:
-    """Put readings until one finds no place; how many did."""
+def fill(spool: Spool, some: deque[Reading]) -> int:
+    """Put readings, in ever smaller batches, until not one finds a place; how many did."""
     count = 0
-    for one in some:
-        try:
-            count += spool.put([one])
-        except SpoolFull:
-            break
+    for size in (400, 20, 1):
+        with suppress(SpoolFull):
+            while True:
+                count += spool.put(list(islice(some, size)))
+                for _ in range(size):
+                    some.popleft()
     return count
 
 
