@@ -85,7 +85,7 @@ def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
     except OperationalError as error:
         if not lacks_room(error):
             raise
-        _log.error("nothing was stored: %s", error.orig)
+        _log.error("not stored: %s", error.orig)
         raise storage_full(error) from error
 
 
