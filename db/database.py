@@ -12,6 +12,7 @@ from typing import Any
 from psycopg.pq import TransactionStatus
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import make_url
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
 from db.history import History
@@ -41,6 +42,12 @@ def lacks_room(error: BaseException) -> bool:
     if code & 0xFF == sqlite3.SQLITE_IOERR:
         return code not in _READING
     return code & 0xFF == sqlite3.SQLITE_FULL or getattr(said, "sqlstate", None) == _DISK_FULL
+
+
+def is_away(error: OperationalError) -> bool:
+    """Whether the engine did not answer in time: its server is gone, or others hold SQLite's lock for too long."""
+    code = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF
+    return error.connection_invalidated or code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
 class Database:

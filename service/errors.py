@@ -112,7 +112,7 @@ class TooManyAttempts(DrumtrueError):
 
 
 class Unavailable(DrumtrueError):
-    """The database does not answer: wrong address, server down, folder that cannot be written."""
+    """The database does not answer: wrong address, server down, locked for long, folder that cannot be written."""
 
     status = 503
     code = "unavailable"

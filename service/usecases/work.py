@@ -14,10 +14,10 @@ from typing import Any, TypeVar
 
 from sqlalchemy.exc import OperationalError
 
-from db.database import Database, lacks_room
+from db.database import Database, is_away, lacks_room
 from db.rows import Base
 from db.store import Store
-from service.errors import NotFound, StorageFull
+from service.errors import NotFound, StorageFull, Unavailable
 from service.usecases.meters import Meters
 from service.usecases.together import Together
 from service.usecases.turns import Turns
@@ -83,10 +83,16 @@ def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
         with unit as store:
             yield store
     except OperationalError as error:
-        if not lacks_room(error):
-            raise
-        _log.error("not stored: %s", error.orig)
-        raise storage_full(error) from error
+        if lacks_room(error):
+            _log.error("not stored: %s", error.orig)
+            raise storage_full(error) from error
+        if is_away(error):
+            _log.error("no answer: %s", error.orig)
+            raise Unavailable(
+                f"the database does not answer now: {error.orig}",
+                advice="ask again in a few seconds; with the same Idempotency-Key nothing is done twice",
+            ) from error
+        raise
 
 
 def storage_full(error: OperationalError) -> StorageFull:
