@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from datetime import datetime
 from typing import Any
 
+import psycopg
 from psycopg.pq import TransactionStatus
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import make_url
@@ -46,8 +47,11 @@ def lacks_room(error: BaseException) -> bool:
 
 def is_away(error: OperationalError) -> bool:
     """Whether the engine did not answer in time: its server is gone, or others hold SQLite's lock for too long."""
+    if error.connection_invalidated or (isinstance(error.orig, psycopg.OperationalError) and not error.orig.sqlstate):
+        return True  # lost in the middle, or not to be had: psycopg has no state where no server gave one
     code = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF
-    return error.connection_invalidated or code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+    starting_or_ending = str(getattr(error.orig, "sqlstate", "")).startswith("57P0")
+    return starting_or_ending or code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
 class Database:

@@ -53,7 +53,9 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     folder = metafunc.definition.path.relative_to(Path(__file__).parent).parts[0]
     arithmetic = metafunc.definition.get_closest_marker("arithmetic") is not None
     every = folder in ON_EVERY_ENGINE and not arithmetic
-    metafunc.parametrize("engine", ENGINES if every else ENGINES[:1], indirect=True, scope="session")
+    only = metafunc.definition.get_closest_marker("only")
+    engines = only.args if only else ENGINES if every else ENGINES[:1]
+    metafunc.parametrize("engine", engines, indirect=True, scope="session")
 
 
 @pytest.fixture(scope="session")

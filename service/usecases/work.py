@@ -69,11 +69,11 @@ class Work:
         return replace(self, seen=version)
 
     def write(self) -> AbstractContextManager[Store]:
-        """A unit of work that commits at its end. Raises StorageFull where the disk does not take it."""
+        """A unit of work that commits at its end. Raises Unavailable; StorageFull for a full disk."""
         return _stored(self.database.write(self.actor, self.now) if self.joined is None else self.joined())
 
     def read(self) -> AbstractContextManager[Store]:
-        """A unit of work that only looks."""
+        """A unit of work that only looks. Raises Unavailable."""
         return _stored(self.database.read())
 
 

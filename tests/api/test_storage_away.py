@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import sqlite3
 from contextlib import closing
 
@@ -9,13 +10,15 @@ import pytest
 from sqlalchemy import text
 
 from db import database
+from db.database import Database
+from service.errors import Unavailable
+from service.usecases.work import Work
 from tests.api.workshop import Workshop, box_body
 
 
+@pytest.mark.only("sqlite")
 def test_a_lock_that_others_hold_too_long(shop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     stored = shop.work.database
-    if not stored.embedded:
-        pytest.skip("PostgreSQL has no lock on all of a database")
     monkeypatch.setattr(database, "BUSY_TIMEOUT_MS", 20)
     stored.engine.dispose()
     with closing(sqlite3.connect(str(stored.url.database), isolation_level=None)) as other:
@@ -26,10 +29,17 @@ def test_a_lock_that_others_hold_too_long(shop: Workshop, monkeypatch: pytest.Mo
     assert shop.box()
 
 
+@pytest.mark.only("postgresql")
 def test_a_server_that_ends_the_connection_in_the_middle(shop: Workshop) -> None:
-    stored = shop.work.database
-    if stored.embedded:
-        pytest.skip("SQLite has no server")
-    with pytest.raises(Exception, match="does not answer now"), shop.work.write() as store:
+    with pytest.raises(Unavailable, match="does not answer now"), shop.work.write() as store:
         store._session.execute(text("SELECT pg_terminate_backend(pg_backend_pid())"))
     assert shop.box()
+
+
+def test_a_server_that_is_gone() -> None:
+    with closing(socket.create_server(("127.0.0.1", 0))) as free:
+        port = free.getsockname()[1]
+    with closing(Database(f"postgresql+psycopg://nobody@127.0.0.1:{port}/none")) as gone:
+        work = Work(gone)
+        with pytest.raises(Unavailable, match="does not answer now"), work.read() as store:
+            store.ping()

@@ -25,9 +25,8 @@ def limit_pages(database: Database, pages: int) -> None:
         connection.exec_driver_sql(f"PRAGMA max_page_count={pages}")
 
 
+@pytest.mark.only("sqlite")
 def test_a_full_disk_is_told_and_no_longer_once_there_is_room(shop: Workshop, caplog: pytest.LogCaptureFixture) -> None:
-    if not shop.work.database.embedded:
-        pytest.skip("the disk of a PostgreSQL server is not ours to fill")
     box, large = shop.box(), box_body("large", masses=[float(n) for n in range(1, 301)])
     limit_pages(shop.work.database, 1)
     problem = shop.refused("POST", "/catalogues", large, 503, "storage_full")
