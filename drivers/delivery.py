@@ -9,7 +9,7 @@ from typing import Protocol
 
 from drivers.checks import require
 from drivers.errors import DeliveryFailed, DeliveryRefused, SpoolFull
-from drivers.http_out import ANSWERS_PATH, HttpOut
+from drivers.http_out import HttpOut
 from drivers.spool import ANSWER, Spool, Spooled
 
 FIRST_PAUSE_S = 0.5
@@ -40,11 +40,11 @@ class HttpSender:
         """Post readings in one request and each answer in one. Raises a `DeliveryError`."""
         readings = [item for item in items if item.kind != ANSWER]
         if readings:
-            what = f"{len(readings)} readings, sequences {readings[0].sequence} to {readings[-1].sequence},"
-            self._out.post_body(b"[" + ",".join(item.body for item in readings).encode() + b"]", what)
+            body = b"[" + ",".join(item.body for item in readings).encode() + b"]"
+            self._out.post_readings(body, readings[0].sequence, readings[-1].sequence, len(readings))
         for item in items:
             if item.kind == ANSWER:
-                self._out.post_body(item.body.encode(), f"answer {item.sequence}", ANSWERS_PATH)
+                self._out.post_answer(item.body.encode(), item.sequence)
 
     def close(self) -> None:
         """Close the connection."""

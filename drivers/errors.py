@@ -31,11 +31,14 @@ class DeliveryError(DriverError):
 
 
 class DeliveryFailed(DeliveryError):
-    """The service was not reached, or could not do it now (5xx, 408, 425, 429): the same batch may be posted again."""
+    """The service was not reached, could not do it now (5xx, 408, 425, 429), or something else answered in its place.
+
+    The same batch may be posted again.
+    """
 
 
 class DeliveryRefused(DeliveryError):
-    """The service refused a batch for what is in it (other 3xx and 4xx): posting it again cannot help.
+    """The service refused a batch for what is in it, in problem JSON of its own (4xx): posting it again cannot help.
 
     status: the HTTP status. detail: what the service said, shortened.
     """

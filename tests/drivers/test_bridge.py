@@ -16,12 +16,13 @@ from drivers import reading
 from drivers.base import BaseDriver
 from drivers.bridge import Bridge
 from drivers.clock import ManualClock
-from drivers.delivery import Backoff, HttpSender, Patience
+from drivers.delivery import Backoff, HttpSender, Patience, Sender
 from drivers.errors import BrokenSource, BusUnavailable, DeliveryFailed, DeliveryGivenUp, DeliveryRefused
 from drivers.http_out import HttpOut
 from drivers.intake import Intake
 from drivers.reading import Answer, Mark, Reading
 from drivers.spool import Spool, Spooled
+from tests.drivers.answering import answering
 from tests.drivers.frames import START, readings
 from tests.drivers.listed import Listed
 
@@ -56,7 +57,7 @@ class Service:
 def bridge(
     driver: BaseDriver,
     spool: Spool,
-    service: Service,
+    service: Sender,
     lines: list[str],
     *,
     live: bool = False,
@@ -218,13 +219,32 @@ def test_answers_go_their_own_way(tmp_path: Path) -> None:
     def take(request: httpx2.Request) -> httpx2.Response:
         body = json.loads(request.content)
         seen.append((request.url.path, len(body) if isinstance(body, list) else body["sequence"]))
-        return httpx2.Response(201)
+        receipt = {"accepted": 1, "duplicates": 2} if isinstance(body, list) else {"id": "a1", "accepted": True}
+        return httpx2.Response(201, json=receipt)
 
-    client = httpx2.Client(transport=httpx2.MockTransport(take))
+    client = answering(take)
     with Spool(tmp_path / "s") as spool:
         spool.put([*readings(3), Answer("can", 5, START, (("1", 1.0, 2.0),))])
         HttpSender(HttpOut("http://service.test", client=client)).send(spool.first(10))
     assert seen == [("/api/v1/readings", 3), ("/api/v1/balancer-answers", 5)]
+
+
+@pytest.mark.parametrize("status", [200, 201, 204, 302, 400, 404, 409, 413, 422])
+def test_what_is_no_drumtrue_has_nothing_acknowledged_and_nothing_set_aside(tmp_path: Path, status: int) -> None:
+    page = httpx2.Response(status, html="<h1>Welcome to the guests' network</h1>")
+    client = answering(lambda _: page)
+    lines: list[str] = []
+    with Spool(tmp_path / "s") as spool:
+        sender = HttpSender(HttpOut("http://service.test", client=client))
+        away = bridge(Listed(readings(50)), spool, sender, lines, patience=Patience(away_s=3.0))
+        with pytest.raises(DeliveryGivenUp, match="no Drumtrue"):
+            away.run()
+        assert (spool.waiting(), spool.aside()) == (50, [])
+        assert (away.totals.delivered, away.totals.set_aside) == (0, 0)
+        assert "no Drumtrue" in away.status()
+        back = Service()
+        bridge(Listed([]), spool, back, lines).run()
+    assert back.stored == list(range(1, 51))
 
 
 def test_pauses_double_up_to_a_bound_with_jitter() -> None:
