@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli import batching, benching, canbus, chaotic, feeding, keeping, tokening
+from service.cli import batching, benching, canbus, chaotic, designing, feeding, keeping, tokening
 from service.cli.options import DatabaseUrl, OneSession
 from service.errors import DrumtrueError
 
@@ -22,6 +22,7 @@ app = typer.Typer(
 )
 
 app.add_typer(benching.app, name="bench")
+app.add_typer(designing.app, name="design")
 app.add_typer(tokening.app, name="token")
 
 

@@ -1,0 +1,31 @@
+"""The kinds of study by name; a document says which one it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from service.design.findings import Finding, RefusedDesign, finding
+from service.design.linkage import LinkageStudy
+from service.design.reading import listed, told
+from service.design.study import Document, Study
+
+STUDIES: Mapping[str, Study] = MappingProxyType({study.name: study for study in (LinkageStudy(),)})
+
+
+def study_of(document: Document) -> Study:
+    """The study that a document asks for. Raises RefusedDesign for one that there is not."""
+    name = document.get("study")
+    if not isinstance(name, str) or name not in STUDIES:
+        known = {"known": listed(STUDIES)}
+        raise RefusedDesign([finding("design_study_unknown", field="study", value=told(name), params=known)])
+    return STUDIES[name]
+
+
+def check(document: Document) -> tuple[Finding, ...]:
+    """Everything that is wrong with a document of any study, and warnings; never raises for bad values."""
+    try:
+        study = study_of(document)
+    except RefusedDesign as refused:
+        return refused.findings
+    return study.check(document)
