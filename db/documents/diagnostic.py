@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import Literal
 
 from db.documents.base import document
 
 Severity = Literal["info", "warning", "error"]
+Parameter = str | float | int | None
 
 
 @document
@@ -27,3 +29,5 @@ class Diagnostic:
     """Planes it is about; empty: all."""
     sensors: tuple[str, ...] = ()
     """Sensors it is about; empty: all."""
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+    """The values in `message` and `advice`, by name; empty for codes that state none."""

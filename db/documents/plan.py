@@ -287,6 +287,9 @@ class Plan:
     """True: a run was added or excluded since."""
     fitted: tuple[Placement, ...] | None = None
     """What was really fitted; null until then."""
+    changed_after_run: int | None = None
+    """How many runs the session had when the plan was last stated fitted or taken off: later runs are of the drum as it
+    was left then. Null: never, or before this was kept."""
     version: int = 1
     """Counts the changes of the plan; its ETag."""
     reserved_until: datetime | None = None

@@ -15,6 +15,7 @@ from db.documents.run import MassOnRotor
 from db.documents.session import SessionSummary
 
 Zone = Literal["A", "B", "C", "D"]
+Outcome = Literal["unchecked", "above_limit", "grade_not_reached", "partly_judged", "nothing_asked", "reached"]
 
 
 @document
@@ -30,9 +31,9 @@ class BeforeAfter:
     before: float
     """1x amplitude of the as-found rotor: first initial run, run-out subtracted."""
     after: float | None
-    """1x amplitude of the latest check run; null before one."""
+    """1x amplitude of the latest check run of the masses that are on the drum now; null before one."""
     reduction: float | None
-    """1 - after / before; null where it cannot be known."""
+    """1 - after / before; null where it cannot be known, as where the two were measured at different speeds."""
     limit: float | None
     """Limit that applies; null without one."""
     within_limit: bool | None
@@ -41,6 +42,26 @@ class BeforeAfter:
     """Zone of ISO 20816-3 before, by the broadband velocity; null unless the machine states its group."""
     zone_after: Zone | None = None
     """Zone after; null as above."""
+    before_rpm: float | None = None
+    """Speed measured with `before`, r/min; null where none was."""
+    after_rpm: float | None = None
+    """Speed measured with `after`, r/min; null where none was."""
+
+
+@document
+class Verdict:
+    """What is known of the drum as it is now, compared with what was asked for."""
+
+    outcome: Outcome
+    """unchecked: not measured as it is now at every speed and by every sensor with a limit; above_limit;
+    grade_not_reached; partly_judged: vibration within its limits, balance quality asked for and not judged;
+    nothing_asked: measured, no limit and no grade stated; reached: all that was asked for."""
+    check_runs: tuple[int, ...]
+    """Numbers of the check runs that measured the drum as it is now."""
+    unjudged: tuple[Diagnostic, ...]
+    """What was asked for and could not be judged, each with its reason."""
+    above: tuple[str, ...]
+    """Sensors above their limit, with the speed where there are several."""
 
 
 @document
@@ -93,10 +114,12 @@ class Report:
     bearing_forces_n: BearingForces | None
     """Reactions before and after, N; null where the geometry is not known."""
     tolerance: Tolerance | None
-    """Balance quality by ISO 21940-11 of the rotor in the latest run, from all runs; null where it cannot be known."""
+    """Balance quality by ISO 21940-11 of the rotor as it is now, from all runs; null where it cannot be known."""
     tolerance_missing: str | None
     """Why `tolerance` is null although the machine states a grade; null otherwise."""
     influence: tuple[tuple[Coefficient, ...], ...]
     """Influence coefficients from all runs; empty where they do not determine them."""
     diagnostics: tuple[Diagnostic, ...]
     """What the runs say of themselves, worst first."""
+    verdict: Verdict
+    """Whether what was asked for is reached by the drum as it is now."""

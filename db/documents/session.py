@@ -9,6 +9,7 @@ from pydantic import AwareDatetime, BeforeValidator
 
 from db.documents.base import MAX_LIST, AngleDeg, Count, Key, Name, Positive, Text, document
 from db.documents.correction import Correction
+from db.documents.diagnostic import Diagnostic
 from db.documents.machine import Catalogue, Machine
 from db.documents.plan import Plan
 from db.documents.run import Run, RunOut
@@ -113,6 +114,9 @@ class Session(SessionSummary):
     """The plans, in order."""
     fitted_plan_id: str | None
     """The plan that is bolted on."""
+    unchecked: tuple[Diagnostic, ...]
+    """Why the drum, as it is now, is not known to run within its limits: what no check run has measured. Empty: every
+    sensor with a limit was measured, at every speed."""
     version: int
     """Counts the changes of the session and of its runs, corrections and plans; its ETag."""
 

@@ -137,7 +137,7 @@ def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
         stock.exchange(store, box, net, at=now, session_id=session.id, plan_id=row.id)
         if before is not None:
             before.plan = replace(before.plan, state="replaced")
-        row.plan = replace(refitted(ground, row.plan, actual), state="fitted")
+        row.plan = replace(refitted(ground, row.plan, actual), state="fitted", changed_after_run=len(ground.runs))
         session.fitted_plan_id, session.state = row.id, state
         store.flush()
         return row.plan
@@ -161,7 +161,7 @@ def unfit(work: Work, plan_id: str) -> Plan:
             )
         net = stock.net_of(box.items, back=row.plan.fitted or (), out=())
         stock.exchange(store, box, net, at=work.now(), session_id=session.id, plan_id=row.id)
-        row.plan = replace(row.plan, state="unfitted", fitted=None)
+        row.plan = replace(row.plan, state="unfitted", fitted=None, changed_after_run=len(store.runs(session.id)))
         session.fitted_plan_id, session.state = None, state
         store.flush()
         return row.plan

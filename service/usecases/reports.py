@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal
 
 import numpy as np
 
@@ -14,19 +13,19 @@ from db.documents.diagnostic import Diagnostic
 from db.documents.influence import Coefficient
 from db.documents.machine import Machine
 from db.documents.plan import Placement
-from db.documents.report import BeforeAfter, PlaneLoad, Report, Zone
-from db.documents.run import MassOnRotor, Run, RunOut
+from db.documents.report import BeforeAfter, PlaneLoad, Report
+from db.documents.run import MassOnRotor
 from db.documents.session import Session, SessionSummary
+from db.documents.stop import Stop
 from service.balancing.corrections import least_squares
 from service.balancing.phasors import phasor, polar
-from service.balancing.tolerance import vibration_zone
 from service.balancing.trim import combined, saved_mass
-from service.balancing.units import Scale, convert_amplitude
 from service.errors import InvalidInput
-from service.usecases import mapping, quality, sessions
+from service.usecases import mapping, quality, sessions, stops, verdict
 from service.usecases.fitting import fit_runs
-from service.usecases.mapping import Channel, amplitudes_of, limit_of
 from service.usecases.solving import examined
+from service.usecases.verdict import Drum
+from service.usecases.versions import stored_drum
 from service.usecases.work import Work
 from service.version import __version__
 
@@ -34,8 +33,10 @@ from service.version import __version__
 def report(work: Work, session_id: str) -> Report:
     """What the session came to. Raises NotFound."""
     session = sessions.get(work, session_id)
-    plan = next((p for p in session.plans if p.id == session.fitted_plan_id), None)
+    drum = drum_of(session, stops.of(work, session_id))
+    plan = drum.fitted
     fitted = () if plan is None else plan.fitted or ()
+    known = _of_all_runs(drum)
     return Report(
         session=SessionSummary(**{name: getattr(session, name) for name in SessionSummary.__dataclass_fields__}),
         version=__version__,
@@ -44,56 +45,50 @@ def report(work: Work, session_id: str) -> Report:
         conventions=conventions(session.machine),
         runs=len(session.runs),
         excluded_runs=tuple(run.number for run in session.runs if run.excluded),
-        before_after=before_after(session),
+        before_after=verdict.before_after(drum),
         fitted=fitted,
         planes=plane_loads(session.machine, fitted) if fitted else (),
         plan_status=None if plan is None else plan.status,
         plan_gap=None if plan is None else plan.gap,
         plan_unit=None if plan is None else plan.objective_unit,
-        tolerance_missing=quality.tolerance_missing(session.machine),
+        tolerance=known.tolerance,
+        tolerance_missing=known.ungraded,
         bearing_forces_n=None if plan is None else plan.bearing_forces_n,
-        **vars(_of_all_runs(session)),
+        influence=known.influence,
+        diagnostics=known.diagnostics,
+        verdict=verdict.judged(drum, known.tolerance, known.ungraded),
     )
 
 
-Outcome = Literal["unchecked", "above_limit", "grade_not_reached", "nothing_asked", "reached"]
-
-
-def outcome(report: Report) -> Outcome:
-    """What the session came to, beside what was asked for: every limit, and the balance quality where one is stated."""
-    checked = [line for line in report.before_after if line.after is not None]
-    if not checked:
-        return "unchecked"
-    if any(line.within_limit is False for line in checked):
-        return "above_limit"
-    if report.tolerance is not None and not report.tolerance.within:
-        return "grade_not_reached"
-    if report.tolerance is None and all(line.within_limit is None for line in checked):
-        return "nothing_asked"
-    return "reached"
+def drum_of(session: Session, stopped: tuple[Stop, ...]) -> Drum:
+    """What is stored of a session's drum."""
+    return Drum(session.machine, session.runs, session.run_out, session.plans, stopped)
 
 
 @dataclass(frozen=True)
 class _OfAllRuns:
-    """What a fit of all runs says."""
+    """What a fit of all runs says. ungraded: why there is no tolerance although the machine states a grade."""
 
     tolerance: Tolerance | None = None
+    ungraded: str | None = None
     influence: tuple[tuple[Coefficient, ...], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
 
 
-def _of_all_runs(session: Session) -> _OfAllRuns:
-    machine = session.machine
-    runs = [run for run in session.runs if not run.excluded]
+def _of_all_runs(drum: Drum) -> _OfAllRuns:
+    machine, runs = drum.machine, drum.good
+    missing = quality.tolerance_missing(machine)
     try:
-        fitted = fit_runs(machine, runs, session.run_out)
+        fitted = fit_runs(machine, runs, drum.run_out)
         answer = least_squares(fitted.fit)
-    except InvalidInput:
+    except InvalidInput as error:
         # Too few runs, or runs without phase: the report says nothing of coefficients.
-        return _OfAllRuns()
-    still = answer.masses - mapping.mass_vectors(machine, runs[-1].masses)
+        graded = machine.balance_grade_mm_s is not None
+        return _OfAllRuns(ungraded=missing or (error.message if graded else None))
+    still = answer.masses - mapping.mass_vectors(machine, verdict.masses_now(drum))
     return _OfAllRuns(
         tolerance=quality.tolerance_of(machine, still, answer.covariance, int(fitted.fit.scatter_dof.min())),
+        ungraded=missing,
         influence=mapping.coefficients(machine, fitted.rows, fitted.fit),
         diagnostics=examined(machine, runs, fitted),
     )
@@ -120,35 +115,16 @@ def plane_loads(machine: Machine, fitted: Sequence[Placement]) -> tuple[PlaneLoa
     return tuple(out)
 
 
-def before_after(session: Session) -> tuple[BeforeAfter, ...]:
-    """Each sensor in the first initial run and in the latest check run at the same nominal speed."""
-    return _before_after(session.machine, session.runs, session.run_out)
+def before_after(work: Work, session: Session) -> tuple[BeforeAfter, ...]:
+    """Each sensor in the first as-found run, and in the latest check run of the masses that are on the drum now."""
+    return verdict.before_after(drum_of(session, stops.of(work, session.id)))
 
 
 def trend(work: Work, machine_id: str, most: int) -> tuple[tuple[datetime, tuple[BeforeAfter, ...]], ...]:
     """When each of a machine's sessions was opened, and its sensors before and after: the newest first."""
     with work.read() as store:
         rows = store.sessions(most, 0, machine_id=machine_id)
-        return tuple(
-            (row.created_at, _before_after(row.machine, tuple(r.run for r in store.runs(row.id)), row.run_out))
-            for row in rows
-        )
-
-
-def _before_after(machine: Machine, runs: tuple[Run, ...], run_out: tuple[RunOut, ...]) -> tuple[BeforeAfter, ...]:
-    good = [run for run in runs if not run.excluded]
-    out = []
-    for first in _first_by_speed(good):
-        speed = first.nominal_speed_rpm
-        last = next((r for r in reversed(good) if r.kind == "check" and r.nominal_speed_rpm == speed), None)
-        before = amplitudes_of(machine, first, run_out)
-        after = {} if last is None else amplitudes_of(machine, last, run_out)
-        for sensor in machine.sensors:
-            if sensor.name in before:
-                row = Channel(sensor, speed)
-                line = _line(row, before[sensor.name], after.get(sensor.name), limit_of(machine, row))
-                out.append(_with_zones(machine, line, row, first, last))
-    return tuple(out)
+        return tuple((row.created_at, verdict.before_after(stored_drum(store, row))) for row in rows)
 
 
 def conventions(machine: Machine) -> tuple[str, ...]:
@@ -166,41 +142,4 @@ def conventions(machine: Machine) -> tuple[str, ...]:
         f"Phase ({machine.phase_sense}): {phase}.",
         "Amplitudes are the 1x component in each sensor's quantity, unit and detection.",
         "Corrections are the total to have on the as-found rotor, trial masses off.",
-    )
-
-
-def _first_by_speed(runs: list[Run]) -> list[Run]:
-    first: dict[float, Run] = {}
-    for run in runs:
-        if run.kind == "initial":
-            first.setdefault(run.nominal_speed_rpm, run)
-    return list(first.values())
-
-
-def _with_zones(machine: Machine, line: BeforeAfter, row: Channel, first: Run, last: Run | None) -> BeforeAfter:
-    """Zones of ISO 20816-3 by the broadband velocity, where the machine states its group."""
-    group = machine.iso_20816
-    if group is None:
-        return line
-
-    def zone(run: Run | None) -> Zone | None:
-        reading = None if run is None else next((r for r in run.readings if r.sensor == row.sensor.name), None)
-        if reading is None or reading.overall_rms is None or row.sensor.quantity != "velocity":
-            return None
-        velocity = convert_amplitude(reading.overall_rms, Scale("velocity", row.sensor.unit, "rms"), Scale())
-        return vibration_zone(velocity, group.group, group.support)
-
-    return replace(line, zone_before=zone(first), zone_after=zone(last))
-
-
-def _line(row: Channel, before: float, after: float | None, limit: float | None) -> BeforeAfter:
-    return BeforeAfter(
-        sensor=row.sensor.name,
-        unit=f"{row.sensor.unit} {row.sensor.detection.replace('_', '-')}",
-        speed_rpm=row.speed_rpm,
-        before=before,
-        after=after,
-        reduction=None if after is None or before == 0.0 else 1.0 - after / before,
-        limit=limit,
-        within_limit=None if after is None or limit is None else after <= limit,
     )

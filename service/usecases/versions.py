@@ -7,6 +7,7 @@ from db.rows import PlanRow, SessionRow
 from db.store import Store
 from service.errors import Stale
 from service.usecases import states
+from service.usecases.verdict import Drum, unchecked
 from service.usecases.work import Work, require
 
 
@@ -32,7 +33,8 @@ def hold(work: Work, session_id: str) -> None:
 
 def session_view(store: Store, row: SessionRow) -> Session:
     """A session with all its runs, corrections and plans."""
-    runs = tuple(r.run for r in store.runs(row.id))
+    drum = stored_drum(store, row)
+    runs = drum.runs
     corrections = tuple(c.correction for c in store.corrections(row.id))
     return Session(
         **vars(session_summary(row)),
@@ -42,9 +44,21 @@ def session_view(store: Store, row: SessionRow) -> Session:
         on_rotor=row.on_rotor,
         runs=runs,
         corrections=corrections,
-        plans=tuple(p.plan for p in store.plans(row.id)),
+        plans=drum.plans,
         fitted_plan_id=row.fitted_plan_id,
+        unchecked=unchecked(drum),
         version=row.version,
+    )
+
+
+def stored_drum(store: Store, row: SessionRow) -> Drum:
+    """What is stored of a session's drum."""
+    return Drum(
+        machine=row.machine,
+        runs=tuple(r.run for r in store.runs(row.id)),
+        run_out=row.run_out,
+        plans=tuple(p.plan for p in store.plans(row.id)),
+        stops=tuple(s.stop for s in store.stops(row.id)),
     )
 
 

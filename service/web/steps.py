@@ -242,7 +242,7 @@ def _to_fit(guide: Guide, stop: Stop | None) -> list[Move]:
 
 
 def _check(page: Page, guide: Guide) -> dict[str, Any]:
-    lines = reports.before_after(guide.session)
+    lines = reports.before_after(page.work, guide.session)
     return {
         "lines": lines,
         "pictures": illustrations.bars(guide.session, lines, page.preferences),
@@ -254,7 +254,8 @@ def _decide(page: Page, guide: Guide) -> dict[str, Any]:
     report = reports.report(page.work, guide.session.id)
     return {
         "report": report,
-        "outcome": reports.outcome(report),
+        "outcome": report.verdict.outcome,
+        "unjudged": report.verdict.unjudged,
         "taught": _taught(page, guide),
         "pictures": illustrations.bars(guide.session, report.before_after, page.preferences),
         "vectors": illustrations.vectors(guide.session, None, guide.fitted, page.preferences),

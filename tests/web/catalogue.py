@@ -59,6 +59,7 @@ TOLD = (
     "service/usecases/taking.py",
     "service/usecases/tokens.py",
     "service/usecases/turns.py",
+    "service/usecases/verdict.py",
     "service/usecases/work.py",
     "service/web/form_tokens.py",
     "service/web/routers/login.py",

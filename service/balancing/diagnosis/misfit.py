@@ -74,7 +74,7 @@ def misfit_of(runs: RunSet, fit: InfluenceFit) -> Misfit:
     estimated = ~stated & (left > 0)
     if estimated.any():
         whole = (residual**2).sum(axis=0)
-        rest = np.maximum(whole - error / safe, 1e-30 * np.maximum(whole, 1e-300))
+        rest = np.maximum(whole - error / safe, 1e-30 * np.maximum(whole, 1e-270))
         score = np.where(estimated & testable, left * np.log(np.maximum(whole, 1e-300) / rest), score)
     scored = testable & (stated | estimated)
     return Misfit(

@@ -25,7 +25,7 @@ def certificate(session: Session, report: Report, reader: Reader) -> Sheet:
             (facts.machine_facts(machine, reader), facts.session_facts(session, reader), facts.note(session, reader)),
         ),
         Section(_("Before and after"), results.before_after(machine, report.before_after, reader)),
-        Section(_("Balance quality (ISO 21940-11)"), results.quality(report.tolerance, reader)),
+        Section(_("Balance quality (ISO 21940-11)"), results.quality(report, reader)),
         Section(_("Masses"), (*results.masses(session, plan, reader), results.proof(report, reader))),
         Section(_("Vibration"), results.polar_plots(session, plan, reader)),
         Section(_("Runs"), results.runs(session, reader)),

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from db.documents.correction import Tolerance
 from db.documents.machine import Machine, Sensor
 from db.documents.plan import Placement, Plan
-from db.documents.report import BeforeAfter, Report
+from db.documents.report import BeforeAfter, Outcome, Report
 from db.documents.run import Run
 from db.documents.session import Session
-from service.usecases.reports import Outcome, outcome
 from service.usecases.rules import hole_label, position_index
 from service.web.certificate.facts import DASH, grade
 from service.web.certificate.sheet import Facts, Lines, Mood, Part, Pictures, Table
@@ -21,17 +19,19 @@ MOST_POLAR = 4
 
 
 def verdict(report: Report, reader: Reader) -> tuple[str, Mood]:
-    """Whether what was asked for is reached, in a sentence."""
+    """Whether what was asked for is reached by the drum as it is now, in a sentence or two."""
     _ = reader.gettext
-    over = ", ".join(line.sensor for line in report.before_after if line.within_limit is False)
+    found = report.verdict
     said: dict[Outcome, tuple[str, Mood]] = {
-        "unchecked": (_("Not finished: no check run has been taken."), "open"),
-        "above_limit": (_("Above the limit: %(sensors)s.") % {"sensors": over}, "bad"),
+        "unchecked": (_("Not finished: the drum as it is now has not been checked."), "open"),
+        "above_limit": (_("Above the limit: %(sensors)s.") % {"sensors": ", ".join(found.above)}, "bad"),
         "grade_not_reached": (_("The balance quality asked for is not reached."), "bad"),
+        "partly_judged": (_("Vibration within its limit; the balance quality asked for is not judged."), "open"),
         "nothing_asked": (_("Balanced. No limit was stated."), "open"),
         "reached": (_("Balanced: within what was asked for."), "good"),
     }
-    return said[outcome(report)]
+    sentence, mood = said[found.outcome]
+    return " ".join((sentence, *(f"{reader.words(one.message)}." for one in found.unjudged))), mood
 
 
 def before_after(machine: Machine, lines: tuple[BeforeAfter, ...], reader: Reader) -> tuple[Part, ...]:
@@ -61,9 +61,11 @@ def before_after(machine: Machine, lines: tuple[BeforeAfter, ...], reader: Reade
     )
 
 
-def quality(tolerance: Tolerance | None, reader: Reader) -> tuple[Part, ...]:
-    """Balance quality by ISO 21940-11, with its interval."""
-    _, show = reader.gettext, reader.show
+def quality(report: Report, reader: Reader) -> tuple[Part, ...]:
+    """Balance quality by ISO 21940-11, with its interval; or why it is not stated."""
+    _, show, tolerance = reader.gettext, reader.show, report.tolerance
+    if tolerance is None and report.tolerance_missing is not None:
+        return (Lines((_("Not stated: %(reason)s.") % {"reason": reader.words(report.tolerance_missing)},)),)
     if tolerance is None:
         return (Lines((_("Not stated: it needs grade, mass of the rotor, two bearings, and runs with phase."),)),)
     reached = grade(tolerance.grade_reached_mm_s, reader) or DASH

@@ -9,7 +9,7 @@ from typing import Any
 import pypdfium2
 import pytest
 
-from db.documents.report import Report
+from db.documents.report import Outcome, Report
 from db.documents.session import Session
 from service.usecases import reports, sessions
 from service.web.certificate.content import certificate
@@ -195,14 +195,19 @@ def test_sessions_of_every_kind_have_a_certificate(shared_shop: Workshop) -> Non
             assert part in said, f"{name}: {part!r} is not in {said}"
 
 
-@pytest.mark.parametrize(("after", "limit", "mood"), [(0.1, 0.2, "good"), (0.3, 0.2, "bad"), (0.1, None, "open")])
-def test_the_verdict_follows_limits(
-    checked: tuple[str, Session, Report], after: float, limit: float | None, mood: str
-) -> None:
-    line = replace(
-        checked[2].before_after[0], after=after, limit=limit, within_limit=None if limit is None else after <= limit
-    )
-    report = replace(checked[2], before_after=(line,), tolerance=None)
-    assert certificate(checked[1], report, Reader()).mood == mood
-    unsure = replace(checked[2], tolerance=replace(checked[2].tolerance, within=False))  # type: ignore[type-var]
-    assert certificate(checked[1], unsure, Reader()).mood == "bad"
+@pytest.mark.parametrize(
+    ("outcome", "mood"),
+    [
+        ("unchecked", "open"),
+        ("above_limit", "bad"),
+        ("grade_not_reached", "bad"),
+        ("partly_judged", "open"),
+        ("nothing_asked", "open"),
+        ("reached", "good"),
+    ],
+)
+def test_the_certificate_says_the_verdict(checked: tuple[str, Session, Report], outcome: Outcome, mood: str) -> None:
+    report = replace(checked[2], verdict=replace(checked[2].verdict, outcome=outcome, above=("P", "Q")))
+    sheet = certificate(checked[1], report, Reader())
+    assert sheet.mood == mood
+    assert ("P, Q" in sheet.verdict) == (outcome == "above_limit")
