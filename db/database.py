@@ -17,7 +17,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
 from db.history import History
-from db.notices import Notices
+from db.pubsub import Notices
 from db.store import Store
 
 BUSY_TIMEOUT_MS = 15_000

@@ -1,8 +1,8 @@
 """What a unit of work changes, written in the same transaction: who, when, what. One place for all use cases.
 
 Rows that go through the ORM are seen here by themselves; what a store writes past it is told by `note`. Entries form a
-hash chain (`db.chain`) in the order of their commits, except those of telemetry, which would make bridges wait for each
-other. A session's version counts what changes in it, a plan's what changes of it.
+hash chain (`db.audit_chain`) in the order of their commits, except those of telemetry, which would make bridges wait
+for each other. A session's version counts what changes in it, a plan's what changes of it.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from sqlalchemy import event, func, insert, select
 from sqlalchemy.orm import Session
 from sqlalchemy.orm.attributes import get_history
 
-from db.chain import BEGIN, ENTRY, FORMAT, link, record_digest
-from db.documents.base import to_plain
+from db.audit_chain import BEGIN, ENTRY, FORMAT, link, record_digest
 from db.rows import AuditRow, Base, CorrectionRow, PlanRow, RunRow, SessionRow, StockBalanceRow, StopRow
 from db.types import Document
+from service.model.base import to_plain
 
 _LOCK = 7_325_118
 """Advisory lock of PostgreSQL under which the chain grows; SQLite has one writer at a time anyhow."""

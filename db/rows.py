@@ -19,17 +19,17 @@ from sqlalchemy import (
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-from db.documents.access import Scope
-from db.documents.correction import Correction
-from db.documents.counters import FrameCounter
-from db.documents.findings import Findings
-from db.documents.influence import LearnedInfluence
-from db.documents.machine import CatalogueItem, Machine
-from db.documents.plan import Plan
-from db.documents.run import MassOnRotor, Run, RunOut
-from db.documents.session import AsFoundPiece
-from db.documents.stop import Stop
 from db.types import Document, UtcTime
+from service.model.access import Scope
+from service.model.correction import Correction
+from service.model.counters import FrameCounter
+from service.model.findings import Findings
+from service.model.influence import LearnedInfluence
+from service.model.machine import CatalogueItem, Machine
+from service.model.plan import Plan
+from service.model.run import MassOnRotor, Run, RunOut
+from service.model.session import AsFoundPiece
+from service.model.stop import Stop
 
 _KEY = String(32)
 _AUTO_KEY = BigInteger().with_variant(Integer, "sqlite")

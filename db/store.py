@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from db.queries.access import Access
-from db.queries.past import Past
+from db.queries.audit import Past
 from db.queries.readings import Readings
 from db.queries.records import Records
 from db.queries.stock import Stock

@@ -10,7 +10,7 @@ from sqlalchemy import DateTime, Text
 from sqlalchemy.engine import Dialect
 from sqlalchemy.types import TypeDecorator
 
-from db.documents.base import read_json, write_json
+from service.model.base import read_json, write_json
 
 
 class UtcTime(TypeDecorator[datetime]):

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from typing import Literal
 
+from drivers.closeable import Opened
 from drivers.errors import BrokenSource, DriverClosed, InvalidSetting
-from drivers.opened import Opened
 from drivers.protocol import Health
 from drivers.reading import Reading
 

@@ -1,6 +1,6 @@
 """The narrow contract of every source of readings: simulated, CAN, replay, file.
 
-tests/contract/driver_contract.py states it as tests. A driver
+tests/support/drivers/driver_contract.py states it as tests. A driver
 
 * is opened and closed, or used as a context manager; closing twice is harmless, a closed driver may be opened again;
 * is iterated while open; asking a closed one raises `DriverClosed`; closing it, from any thread, ends a running

@@ -10,14 +10,14 @@ from fastapi import FastAPI
 
 from service import bootstrap
 from service.api import openapi, problems
-from service.api.guard import Guard
+from service.api.auth import Guard
 from service.api.headers import SecurityHeaders
 from service.api.limits import BodyLimit
-from service.api.observing import Observed
 from service.api.routers import blocks, health, history, live, machines, readings, sessions
+from service.api.telemetry import Observed
+from service.runtime.context import Work
 from service.settings import Settings
-from service.usecases.attempts import Attempts
-from service.usecases.work import Work
+from service.usecases.access.login_throttle import Attempts
 from service.version import __version__
 from service.web import pages
 from service.web.routers import reports

@@ -12,9 +12,9 @@ from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, Oper
 from db import migrate
 from db.database import Database, lacks_room
 from service.errors import Conflict, InvalidInput, Unavailable
+from service.runtime.context import Work, storage_full
+from service.runtime.solver_slots import Turns
 from service.settings import Settings
-from service.usecases.turns import Turns
-from service.usecases.work import Work, storage_full
 
 
 def migrate_database(settings: Settings) -> tuple[str | None, str | None]:

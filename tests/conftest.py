@@ -1,6 +1,7 @@
 """Fixtures of the whole service: a database of its own for every test, a workshop over it.
 
-The suites of storage, use cases and the API run on every engine of `tests.engines`, the others on the first of them.
+The suites of storage, use cases and the API run on every engine of `tests.support.storage.engines`, the others on the
+first of them.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ from hypothesis import settings
 
 # The service is imported by the processes that run tests, not by the one that hands them out.
 if TYPE_CHECKING:
-    from tests.api.workshop import Workshop
-    from tests.engines import Engine
+    from tests.support.http.workshop import Workshop
+    from tests.support.storage.engines import Engine
 
 # The same examples in every run: a property that fails, fails for everybody.
 settings.register_profile("drumtrue", derandomize=True, deadline=None)
 settings.load_profile("drumtrue")
 
-ON_EVERY_ENGINE = ("db", "usecases", "api")
+ON_EVERY_ENGINE = ("db", "usecases", "runtime", "api")
 """Folders of the suites that run on every engine."""
 LONGEST = ("e2e/test_install.py", "e2e/test_faults.py", "e2e/test_can.py", "web/test_browser.py")
 """Files whose tests wait for processes for many seconds: begun last, one of them would run alone at the end."""
@@ -48,7 +49,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """Run a test that asks for a database once on each engine that it is for."""
     if "engine" not in metafunc.fixturenames:
         return
-    from tests.engines import ENGINES
+    from tests.support.storage.engines import ENGINES
 
     folder = metafunc.definition.path.relative_to(Path(__file__).parent).parts[0]
     arithmetic = metafunc.definition.get_closest_marker("arithmetic") is not None
@@ -61,7 +62,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 @pytest.fixture(scope="session")
 def engine(request: pytest.FixtureRequest) -> Engine:
     """Where databases of the test's engine come from."""
-    from tests.engines import engine_named
+    from tests.support.storage.engines import engine_named
 
     return engine_named(request.param)
 
@@ -85,7 +86,7 @@ def url(engine: Engine, tmp_path: Path) -> Iterator[str]:
 @pytest.fixture
 def shop(url: str) -> Iterator[Workshop]:
     """A workshop with a database of the test's own."""
-    from tests.api.workshop import workshop
+    from tests.support.http.workshop import workshop
 
     with workshop(url) as opened:
         yield opened
@@ -94,7 +95,7 @@ def shop(url: str) -> Iterator[Workshop]:
 @pytest.fixture(scope="module")
 def shared_shop(engine: Engine, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workshop]:
     """A workshop that the tests of a module share: for those that store nothing, or do not mind."""
-    from tests.api.workshop import workshop
+    from tests.support.http.workshop import workshop
 
     url = engine.migrated(tmp_path_factory.mktemp("shop"))
     with workshop(url) as opened:

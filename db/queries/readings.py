@@ -8,11 +8,8 @@ from typing import Any, cast
 
 from sqlalchemy import CursorResult, Select, and_, delete, func, insert, or_, select, update
 
-from db.bulk import NewReading, insert_new
-from db.documents.counters import FrameCounter
-from db.documents.findings import Findings
-from db.documents.machine import Machine
-from db.notices import stream
+from db.bulk_insert import NewReading, insert_new
+from db.pubsub import stream
 from db.queries.base import Queries
 from db.rows import (
     AuditRow,
@@ -24,6 +21,9 @@ from db.rows import (
     SourceMarkRow,
     SourceRow,
 )
+from service.model.counters import FrameCounter
+from service.model.findings import Findings
+from service.model.machine import Machine
 
 _LOOKUP_CHUNK = 400
 """Numbers in one IN list: SQLite takes 32,766 variables, and short statements are cached."""

@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import func, insert, or_, select
 from sqlalchemy.orm import aliased
 
-from db.notices import stream
+from db.pubsub import stream
 from db.queries.base import Queries
 from db.rows import (
     NOT_CLOSED,

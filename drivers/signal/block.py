@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.checks import require, require_distinct, require_finite
-from drivers.sensing import PER_PEAK, PER_UNIT, Detection, Quantity
+from drivers.quantities import PER_PEAK, PER_UNIT, Detection, Quantity
 
 Floats = NDArray[np.float64]
 

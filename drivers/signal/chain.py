@@ -18,14 +18,14 @@ import numpy as np
 
 from drivers.checks import require
 from drivers.errors import SignalRefused
-from drivers.sensing import PER_PEAK, PER_UNIT
+from drivers.quantities import PER_PEAK, PER_UNIT
 from drivers.signal.block import Block, Channel, Floats, dot
 from drivers.signal.broadband import band_rms, usual_band
 from drivers.signal.integrity import bridged, integrity_of
 from drivers.signal.neighbours import Neighbour, neighbour_of
 from drivers.signal.orders import Complexes, Course, basis_of, fit_orders, turned
+from drivers.signal.revolutions import Turns, turns_of
 from drivers.signal.scatter import scatter_of
-from drivers.signal.turns import Turns, turns_of
 from drivers.signal.windows import COSINES, Window, half_width, taper
 
 Flag = Literal["clipped", "dropout", "edges_repaired", "neighbour_tone", "beating"]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from drivers.checks import require
-from drivers.sensing import PER_PEAK
+from drivers.quantities import PER_PEAK
 from drivers.signal.chain import Measured
 
 Doubt = Literal["one_x_not_dominant", "h_to_v_beyond_3", "h_to_v_not_90_deg", "axial_above_radial"]

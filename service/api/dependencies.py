@@ -7,8 +7,8 @@ from typing import Annotated, Any
 from fastapi import Depends, Header, Path, Query, Request
 
 from service.api.problems import Problem
-from service.usecases.tokens import Principal
-from service.usecases.work import Work
+from service.runtime.context import Work
+from service.usecases.access.tokens import Principal
 
 
 # Neither waits for anything: as coroutines they are spared a turn of a thread each.

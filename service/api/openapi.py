@@ -9,7 +9,7 @@ from typing import Any
 
 from fastapi import FastAPI
 
-from service.api.access import OPERATIONS
+from service.api.permissions import OPERATIONS
 from service.api.problems import MEDIA_TYPE
 
 DESCRIPTION = """\

@@ -13,9 +13,9 @@ from fastapi.responses import JSONResponse
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
-from db.documents.base import document, to_plain
-from service.api.routing import InvalidBody
+from service.api.strict_json import InvalidBody
 from service.errors import DrumtrueError, Stale
+from service.model.base import document, to_plain
 
 MEDIA_TYPE = "application/problem+json"
 _ADVICE = {

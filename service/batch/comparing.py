@@ -69,8 +69,8 @@ def compare_one(path: str, tolerance: float = TOLERANCE) -> Compared:
 
 def compare_text(path: str, text: bytes | str, tolerance: float = TOLERANCE) -> Compared:
     """Solve a log again from its bytes; a text instead is why the file could not be read."""
+    from service.engine.log_replay import read_log, resolve
     from service.errors import DrumtrueError
-    from service.usecases.resolving import read_log, resolve
 
     if isinstance(text, str):
         return Compared(path, 0, error=f"cannot be read: {text}")

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from db.documents.plan import Plan
-from db.documents.run import Run, RunReading
-from db.documents.session import SessionLog
-from service.balancing.phasors import phasor, polar
+from service.balancing.rotor.phasors import phasor, polar
 from service.batch.executors import executor
 from service.errors import DrumtrueError, InvalidInput
+from service.model.plan import Plan
+from service.model.run import Run, RunReading
+from service.model.session import SessionLog
 
 PER_PIECE = 8
 """Draws that go to a worker at once: enough to outlast the way there, few enough to share out evenly."""
@@ -141,7 +141,7 @@ def _require_scatter(log: SessionLog, scatter: float | None) -> None:
 
 
 def _one(log: SessionLog) -> Draw:
-    from service.usecases.resolving import resolve
+    from service.engine.log_replay import resolve
 
     try:
         answers = resolve(log)

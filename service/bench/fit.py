@@ -10,10 +10,10 @@ from collections.abc import Callable
 import numpy as np
 from rich.console import Console
 
-from service.balancing.analysis import Method, analyse
-from service.balancing.corrections import Wishes, minimax
-from service.balancing.diagnosis.findings import Circumstances
-from service.balancing.fit import RunSet, fit_influence
+from service.balancing.influence.analysis import Method, analyse
+from service.balancing.influence.corrections import Wishes, minimax
+from service.balancing.influence.diagnosis.findings import Circumstances
+from service.balancing.influence.fit import RunSet, fit_influence
 from service.bench.timing import show, timed_quietly
 
 CASES = (("fit + correction + diagnostics", 2, 2, 0.5), ("fit + correction + diagnostics", 4, 8, 1.0))

@@ -16,7 +16,7 @@ def served(database_url: str) -> AbstractContextManager[str]:
 
 def served_nothing() -> AbstractContextManager[str]:
     """An endpoint that reads a body and answers, on a free port; yields its address."""
-    return _address_of("service.bench.noop")
+    return _address_of("service.bench.load.noop")
 
 
 @contextmanager

@@ -16,22 +16,26 @@ from pathlib import Path
 from rich.console import Console
 from starlette.testclient import TestClient
 
-from db.documents.correction import CorrectionRequest
-from db.documents.machine import Catalogue, CatalogueItem, Machine, Plane, Sensor
-from db.documents.plan import FittedRequest, PlanRequest
-from db.documents.run import MassOnRotor, RunKind, RunReading, RunRequest
-from db.documents.session import SessionRequest
 from db.rows import CorrectionRow, PlanRow, RunRow, SessionRow
 from drivers.clock import ManualClock
-from drivers.drum import FittedMass
-from drivers.example import STOCK_G, threshing_drum_example
-from drivers.simulated import SimulatedDrum
+from drivers.simulator.drum_driver import SimulatedDrum
+from drivers.simulator.example import STOCK_G, threshing_drum_example
+from drivers.simulator.spec import FittedMass
 from service import bootstrap
 from service.app import create_app
 from service.bench.timing import show, timed
+from service.engine import mapping
+from service.model.correction import CorrectionRequest
+from service.model.machine import Catalogue, CatalogueItem, Machine, Plane, Sensor
+from service.model.plan import FittedRequest, PlanRequest
+from service.model.run import MassOnRotor, RunKind, RunReading, RunRequest
+from service.model.session import SessionRequest
+from service.runtime.context import Work
 from service.settings import Settings
-from service.usecases import catalogues, corrections, machines, mapping, plans, runs, sessions
-from service.usecases.work import Work
+from service.usecases.machines import machines
+from service.usecases.plans import corrections, plans
+from service.usecases.sessions import runs, sessions
+from service.usecases.stock import catalogues
 
 SESSIONS = 1000
 AIM_S, AIM_BYTES = 0.050, 150_000

@@ -12,7 +12,7 @@ from sqlalchemy import Connection, text
 from service import bootstrap
 from service.chaos.load import Bridge, Crew, Technician
 from service.settings import Settings
-from service.usecases import history
+from service.usecases import audit
 
 DOCUMENTS = ("", "/log", "/report.json", "/history")
 
@@ -54,7 +54,7 @@ def judge(settings: Settings, url: str, crew: Crew) -> Judgement:
         wrong.append(f"{pieces} pieces were acknowledged as fitted, {out_of_box} are out of the box")
     work = bootstrap.build_work(settings)
     with closing(work.database):
-        verdict = history.verify(work)
+        verdict = audit.verify(work)
     wrong += [f"{finding.code}: {finding.detail}" for finding in verdict.findings]
     return Judgement(
         readings=sum(bridge.acknowledged for bridge in crew.bridges),

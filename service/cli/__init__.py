@@ -9,8 +9,10 @@ from typing import Annotated
 
 import typer
 
-from service.cli import batching, benching, canbus, chaotic, designing, feeding, keeping, tokening
-from service.cli.options import DatabaseUrl, OneSession
+from service.cli import designing
+from service.cli.commands import bench, chaos, database, readings, study, token
+from service.cli.support import can_options
+from service.cli.support.options import DatabaseUrl, OneSession
 from service.errors import DrumtrueError
 
 app = typer.Typer(
@@ -21,9 +23,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-app.add_typer(benching.app, name="bench")
+app.add_typer(bench.app, name="bench")
 app.add_typer(designing.app, name="design")
-app.add_typer(tokening.app, name="token")
+app.add_typer(token.app, name="token")
 
 
 def main() -> None:
@@ -69,7 +71,7 @@ def demo(
 
     Ends with status 0 when every bearing is down by 90 %.
     """
-    from service.cli.demo import run_demo
+    from service.cli.commands.demo import run_demo
 
     raise SystemExit(run_demo(seed=seed, speed_rpm=speed, as_json=as_json, serve=serve_on, database_url=database_url))
 
@@ -79,12 +81,12 @@ def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes a free one.")] = 8000,
     database_url: DatabaseUrl = None,
-    can: canbus.Bus = "",
-    mapping: canbus.MappingFile = None,
+    can: can_options.Bus = "",
+    mapping: can_options.MappingFile = None,
     source: Annotated[str, typer.Option(help="Name of the source that is read from the bus.")] = "can",
-    sensors: canbus.Sensors = "P,Q",
-    planes: canbus.Planes = "1,2",
-    j1939: canbus.J1939 = False,
+    sensors: can_options.Sensors = "P,Q",
+    planes: can_options.Planes = "1,2",
+    j1939: can_options.J1939 = False,
     trust_proxy: Annotated[
         str | None,
         typer.Option(
@@ -95,8 +97,8 @@ def serve(
     log_format: Annotated[
         str, typer.Option(envvar="DRUMTRUE_LOG_FORMAT", help="text, or json: one object a line, requests too.")
     ] = "text",
-    spool: canbus.SpoolFile = None,
-    max_spool_mb: canbus.SpoolSize = 256,
+    spool: can_options.SpoolFile = None,
+    max_spool_mb: can_options.SpoolSize = 256,
     solves: Annotated[
         int | None,
         typer.Option(min=1, envvar="DRUMTRUE_SOLVES", help="Selections computed at once; default: one a core."),
@@ -109,13 +111,13 @@ def serve(
     ] = None,
 ) -> None:
     """Serve the API; an empty or older SQLite file is migrated first. With --can, read a balancer's bus as well."""
-    from service.cli.serving import serve_until_stopped
+    from service.cli.commands.serve import serve_until_stopped
     from service.settings import Settings
 
     ear = None
     if can:
-        from service.cli.bridging import bus_choice
-        from service.cli.listening import Ear
+        from service.cli.commands.bridge import bus_choice
+        from service.cli.commands.can_listener import Ear
 
         bus = bus_choice(can, mapping, sensors, planes, j1939=j1939)
         ear = Ear(bus, source, spool, max_spool_mb * 1024 * 1024)
@@ -135,21 +137,21 @@ def solve(
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,
 ) -> None:
     """Compute the corrections and plans of one session log, without a server."""
-    from service.cli.solving import solve_file
+    from service.cli.commands.solve import solve_file
 
     solve_file(file, session, as_json=as_json)
 
 
-app.command()(keeping.migrate)
-app.command()(keeping.verify)
-app.command()(keeping.backup)
-app.command()(keeping.restore)
-app.command()(keeping.retain)
-app.command()(keeping.export)
-app.command("import")(keeping.import_)
-app.command()(feeding.simulate)
-app.command()(feeding.bridge)
-app.command()(feeding.record)
-app.command()(feeding.replay)
-app.command()(batching.study)
-app.command()(chaotic.chaos)
+app.command()(database.migrate)
+app.command()(database.verify)
+app.command()(database.backup)
+app.command()(database.restore)
+app.command()(database.retain)
+app.command()(database.export)
+app.command("import")(database.import_)
+app.command()(readings.simulate)
+app.command()(readings.bridge)
+app.command()(readings.record)
+app.command()(readings.replay)
+app.command()(study.study)
+app.command()(chaos.chaos)

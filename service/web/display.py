@@ -9,7 +9,7 @@ from functools import cache
 
 from markupsafe import Markup
 
-from db.documents.machine import Sensor
+from service.model.machine import Sensor
 from service.web import numbers, units
 from service.web.language import N_, translations
 from service.web.numbers import NO_BREAK

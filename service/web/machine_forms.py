@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from db.documents.machine import Bearing, Machine, Plane, Sensor
+from service.model.machine import Bearing, Machine, Plane, Sensor
 from service.web import numbers
 from service.web.forms import Form
 from service.web.language import N_

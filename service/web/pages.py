@@ -5,12 +5,11 @@ from __future__ import annotations
 from fastapi import Depends, FastAPI, Request, Response
 
 from service.web import assets, problems
-from service.web.doing import Done, Stale
+from service.web.form_guard import Done, Stale
 from service.web.form_tokens import require_form_token
 from service.web.routers import (
     api_document,
     boxes,
-    guiding,
     home,
     listing,
     login,
@@ -19,6 +18,7 @@ from service.web.routers import (
     preferences,
     reports,
     runs,
+    session_steps,
     sources,
     stops,
     stream,
@@ -30,7 +30,7 @@ ROUTERS = (
     login.router,
     preferences.router,
     listing.router,
-    guiding.router,
+    session_steps.router,
     runs.router,
     stops.router,
     plans.router,

@@ -9,8 +9,8 @@ from fastapi import Depends, Request
 from fastapi.responses import HTMLResponse, RedirectResponse
 from markupsafe import Markup
 
-from service.usecases.tokens import Principal
-from service.usecases.work import Work
+from service.runtime.context import Work
+from service.usecases.access.tokens import Principal
 from service.version import __version__
 from service.web.display import Display
 from service.web.environment import environment

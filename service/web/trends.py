@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from db.documents.machine import StoredMachine
-from service.usecases import reports
-from service.usecases.mapping import Channel, limit_of
+from service.engine.mapping import Channel, limit_of
+from service.model.machine import StoredMachine
+from service.usecases.sessions import reports
 from service.web.pictures.reader import Reader
 from service.web.pictures.svg import to_svg
 from service.web.pictures.trend import TrendPoint, trend_chart

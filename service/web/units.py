@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from db.documents.machine import Sensor
-from db.documents.machine import Unit as SensorUnit
-from service.balancing.units import Detection, Scale, convert_amplitude
+from service.balancing.rotor.units import Detection, Scale, convert_amplitude
+from service.model.machine import Sensor
+from service.model.machine import Unit as SensorUnit
 from service.web.preferences import Preferences
 
 G_PER_OZ = 28.349523125

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.api.tiny_bench import Bench, bench_on
-from tests.api.workshop import DRUM, Workshop, machine_body, mass, reading
+from tests.support.http.tiny_bench import Bench, bench_on
+from tests.support.http.workshop import DRUM, Workshop, machine_body, mass, reading
 
 
 @pytest.fixture(scope="module")

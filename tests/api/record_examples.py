@@ -16,7 +16,17 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import service.api
-from tests.api.workshop import DRUM, LinearDrum, Workshop, application, box_body, mass, on_rotor, reading, workshop
+from tests.support.http.workshop import (
+    DRUM,
+    LinearDrum,
+    Workshop,
+    application,
+    box_body,
+    mass,
+    on_rotor,
+    reading,
+    workshop,
+)
 
 FILE = Path(service.api.__file__).with_name("examples.json")
 THREE = LinearDrum(

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from service.app import PREFIX
-from tests.api.workshop import Workshop, machine_body, problem_of
+from tests.support.http.workshop import Workshop, machine_body, problem_of
 
 NOON = "2026-03-01T12:00:00Z"
 BODIES: dict[str, tuple[bytes, str]] = {

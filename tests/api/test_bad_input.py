@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 import pytest
 
-from tests.api.workshop import DRUM, Workshop, application, box_body, machine_body, mass, problem_of
+from tests.support.http.workshop import DRUM, Workshop, application, box_body, machine_body, mass, problem_of
 
 NOON = "2026-03-01T12:00:00Z"
 RUN = "/sessions/$session/runs"

@@ -15,17 +15,18 @@ from typing import Any
 import pytest
 
 from db.database import Database
-from db.documents.machine import Catalogue, CatalogueItem
 from db.queries import access
 from service.app import PREFIX
 from service.errors import InvalidInput
-from service.usecases import catalogues, once
-from service.usecases.once import KEPT, Answer
-from service.usecases.work import Work
+from service.model.machine import Catalogue, CatalogueItem
+from service.runtime import idempotency
+from service.runtime.context import Work
+from service.runtime.idempotency import KEPT, Answer
+from service.usecases.stock import catalogues
 from tests.api.record_examples import Recorder, walk
 from tests.api.test_openapi import operations
-from tests.api.workshop import Workshop, application, box_body, machine_body, problem_of, workshop
-from tests.engines import Engine
+from tests.support.http.workshop import Workshop, application, box_body, machine_body, problem_of, workshop
+from tests.support.storage.engines import Engine
 
 CHANGES_NOTHING = frozenset({"ask_what_if"})
 """Operations that are no GET and store nothing."""
@@ -154,7 +155,7 @@ def test_keys_belong_to_their_actor(shop: Workshop) -> None:
         return Answer(200, acting.actor)
 
     for actor in ("tablet 1", "tablet 2", "tablet 1"):
-        assert once.answer(shop.work.acting(actor), "key", "request", act).body == actor
+        assert idempotency.answer(shop.work.acting(actor), "key", "request", act).body == actor
     assert shop.count("idempotency") == 2
 
 
@@ -172,7 +173,7 @@ def test_a_crash_before_the_answer_is_kept_undoes_the_change(shop: Workshop) -> 
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        once.answer(shop.work, "key", "request", act)
+        idempotency.answer(shop.work, "key", "request", act)
     assert (shop.count("catalogue"), shop.count("idempotency"), shop.count("audit")) == (0, 0, 0)
 
 
@@ -194,7 +195,7 @@ def test_two_requests_with_one_key_at_once_are_done_once(shop: Workshop) -> None
             return Answer(201, shop_box(acting))
 
         try:
-            return once.answer(Work(database=database), "key", "request", act)
+            return idempotency.answer(Work(database=database), "key", "request", act)
         finally:
             database.close()
 
@@ -207,10 +208,10 @@ def test_two_requests_with_one_key_at_once_are_done_once(shop: Workshop) -> None
 
 def test_a_key_claimed_at_once_for_something_else_is_refused(shop: Workshop) -> None:
     def act(acting: Work) -> Answer:
-        once.answer(shop.work, "key", "first", lambda inner: Answer(200, shop_box(inner)))
+        idempotency.answer(shop.work, "key", "first", lambda inner: Answer(200, shop_box(inner)))
         with acting.write():
             pass
         return Answer(200, "second")
 
     with pytest.raises(InvalidInput, match="another request"):
-        once.answer(shop.work, "key", "second", act)
+        idempotency.answer(shop.work, "key", "second", act)

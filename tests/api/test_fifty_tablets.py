@@ -14,10 +14,10 @@ from sqlalchemy import inspect
 
 from db.rows import Base, CorrectionRow, PlanRow, SessionRow
 from service.app import PREFIX
-from service.cli.serving import serving
+from service.cli.commands.serve import serving
+from service.runtime.context import require
 from service.settings import Settings
-from service.usecases.work import require
-from tests.api.workshop import Workshop, mass
+from tests.support.http.workshop import Workshop, mass
 
 Row = TypeVar("Row", bound=Base)
 

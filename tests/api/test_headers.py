@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from service.api.headers import DEFAULTS
-from tests.api.workshop import Workshop, machine_body
+from tests.support.http.workshop import Workshop, machine_body
 
 HTML = {"accept": "text/html"}
 

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from db.store import Store
-from service.api.observing import REQUEST_ID
-from service.cli.logs import JsonLines
-from service.usecases import wellness
-from tests.api.workshop import Workshop, application
+from service.api.telemetry import REQUEST_ID
+from service.cli.support.logs import JsonLines
+from service.runtime import health
+from tests.support.http.workshop import Workshop, application
 
 
 def figures(shop: Workshop) -> dict[str, float]:
@@ -101,7 +101,7 @@ def test_well_slow_and_broken_are_told_apart(shop: Workshop, monkeypatch: pytest
         return answer.status_code, answer.json()["status"]
 
     assert ready() == (200, "ready")
-    monkeypatch.setattr(wellness, "SLOW_S", 0.0)
+    monkeypatch.setattr(health, "SLOW_S", 0.0)
     assert ready() == (200, "slow")
 
     def gone(_store: Store) -> None:
@@ -127,7 +127,7 @@ def test_a_database_that_says_nothing_is_broken(shop: Workshop, monkeypatch: pyt
 
 
 def test_metrics_need_a_token_where_tokens_are_needed() -> None:
-    from service.api.access import LOOKERS, OPERATIONS
+    from service.api.permissions import LOOKERS, OPERATIONS
 
     assert OPERATIONS["get_metrics"] == LOOKERS
     assert {"/metrics", "/api/v1/metrics"} <= {route.path for route in _every_route()}

@@ -18,13 +18,13 @@ import pytest
 from fastapi.responses import StreamingResponse
 from fastapi.routing import APIRoute
 
-from db.documents.base import adapter
 from service.api import routers
 from service.api.openapi import examples
-from service.api.routing import StrictRoute
-from service.usecases.live import Live
+from service.api.strict_json import StrictRoute
+from service.model.base import adapter
+from service.usecases.sessions.live import Live
 from tests.api import record_examples
-from tests.api.workshop import Workshop, application
+from tests.support.http.workshop import Workshop, application
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "openapi.json"
 UNITS = re.compile(r"\b(mm|g|g\.mm|kg|degrees|r/min|N|s|UTC|pieces|[Uu]nits?)\b")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from service.usecases.meters import Meters
+from service.runtime.metrics import Meters
 
 CHAPTER = (Path(__file__).parents[2] / "docs" / "operations.md").read_text(encoding="utf-8")
 

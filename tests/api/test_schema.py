@@ -22,8 +22,8 @@ from schemathesis.specs.openapi import checks
 
 from service.app import create_app
 from service.settings import Settings
-from service.usecases import tokens
-from tests.api.workshop import HERE, Workshop, application, workshop
+from service.usecases.access import tokens
+from tests.support.http.workshop import HERE, Workshop, application, workshop
 
 
 def without_security() -> dict[str, Any]:

@@ -12,8 +12,8 @@ from sqlalchemy import text
 from db import database
 from db.database import Database
 from service.errors import Unavailable
-from service.usecases.work import Work
-from tests.api.workshop import Workshop, box_body
+from service.runtime.context import Work
+from tests.support.http.workshop import Workshop, box_body
 
 
 @pytest.mark.only("sqlite")

@@ -8,7 +8,7 @@ import pytest
 from sqlalchemy.exc import OperationalError
 
 from db.database import Database, lacks_room
-from tests.api.workshop import Workshop, box_body
+from tests.support.http.workshop import Workshop, box_body
 
 
 class Refused(Exception):

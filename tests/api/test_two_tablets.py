@@ -7,13 +7,15 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from db.database import Database
-from db.documents.plan import FittedRequest
-from db.documents.run import RunReading, RunRequest
 from drivers.reading import Reading
 from service.errors import Conflict
-from service.usecases import plans, readings, runs
-from service.usecases.work import Work
-from tests.api.workshop import DRUM, Workshop
+from service.model.plan import FittedRequest
+from service.model.run import RunReading, RunRequest
+from service.runtime.context import Work
+from service.usecases.plans import plans
+from service.usecases.readings import ingest
+from service.usecases.sessions import runs
+from tests.support.http.workshop import DRUM, Workshop
 
 TABLETS = 6
 
@@ -72,6 +74,6 @@ def test_a_batch_sent_twice_at_once_is_stored_once(shop: Workshop) -> None:
     shop.ask("PUT", "/sources/bridge", {"machine_id": shop.machine()})
     moment = shop.now()
     batch = [Reading("bridge", n, moment, "P", 1.0) for n in range(200)]
-    receipts = at_once(shop, [lambda work: readings.ingest(work, batch).accepted] * TABLETS)
+    receipts = at_once(shop, [lambda work: ingest.ingest(work, batch).accepted] * TABLETS)
     assert sorted(map(str, receipts)) == ["0"] * (TABLETS - 1) + ["200"]
     assert shop.count("reading") == 200

@@ -8,7 +8,7 @@ import pytest
 
 from service.app import PREFIX
 from tests.api.test_openapi import operations
-from tests.api.workshop import DRUM, Workshop, application, problem_of
+from tests.support.http.workshop import DRUM, Workshop, application, problem_of
 
 RUN = {"kind": "initial", "readings": DRUM.readings()}
 OF_SESSION: dict[str, tuple[str, str, Any]] = {

@@ -14,9 +14,9 @@ import warnings
 from collections import Counter
 from collections.abc import Callable
 
-from service.balancing.selection import SelectionProblem
-from tests.balancing.against_brute_force import check_all
-from tests.balancing.random_problems import KINDS, awkward_problem, fitted_problem, random_problem
+from service.balancing.selection.problem import SelectionProblem
+from tests.support.numerics.against_brute_force import check_all
+from tests.support.numerics.random_problems import KINDS, awkward_problem, fitted_problem, random_problem
 
 Family = Callable[[str, int], SelectionProblem]
 FAMILIES: dict[str, tuple[Family, int]] = {

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from db.documents.base import to_plain
 from drivers.clock import ManualClock
-from drivers.drum import FittedMass
-from drivers.simulated import SimulatedDrum, threshing_drum_example
+from drivers.simulator.drum_driver import SimulatedDrum, threshing_drum_example
+from drivers.simulator.spec import FittedMass
 from service.batch.comparing import compare_folder, compare_one, summary
-from service.cli.hardware import catalogue_of, machine_of
+from service.cli.support.demo_machine import catalogue_of, machine_of
+from service.engine.log_replay import read_log, resolve
 from service.errors import InvalidInput
-from service.usecases.resolving import read_log, resolve
+from service.model.base import to_plain
 
 PIECES: tuple[list[FittedMass], ...] = ([], [FittedMass("1", 200.0, 0.0)], [FittedMass("2", 200.0, 0.0)])
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from db.documents.session import SessionLog
 from service.batch import executors
 from service.batch.executors import executor
 from service.batch.studies import Study, study
+from service.engine.log_replay import read_log, resolve
 from service.errors import InvalidInput, Unavailable
-from service.usecases.resolving import read_log, resolve
+from service.model.session import SessionLog
 from tests.batch.test_comparing import old_session
 
 DRAWS = 10

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from service.bench.can import FULL_BUS, into_database, prepared_frames
+from service.bench.can.can import FULL_BUS, into_database
+from service.bench.can.frames import prepared_frames
 
 
 def test_all_frames_of_a_short_run_are_stored() -> None:

@@ -7,19 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from service.balancing.exact import solve_exact
-from service.balancing.exhaustive import solve_exhaustive
-from service.balancing.objectives import evaluate
-from service.balancing.placements import broken_limit, vectors_of
-from service.balancing.selection import Piece, SelectionProblem
-from service.bench.selection import Bench, abilities, beside_peers, compared, ours
-from service.bench.selection_coding import Coded, excess
-from service.bench.selection_hsbalance import HSBALANCE
-from service.bench.selection_linear import POLYGON_GAP, cannot_state, linear
-from service.bench.selection_ours import answer_of, jaya_runs
-from service.bench.selection_peers import Found, Peer, peers, rated, solve_highs
-from service.bench.selection_problems import Case, cases
-from tests.balancing.random_problems import KINDS, random_problem
+from service.balancing.selection.brute_force import solve_exhaustive
+from service.balancing.selection.exact.search import solve_exact
+from service.balancing.selection.objectives import evaluate
+from service.balancing.selection.placements import broken_limit, vectors_of
+from service.balancing.selection.problem import Piece, SelectionProblem
+from service.bench.selection.coding import Coded, excess
+from service.bench.selection.hsbalance import HSBALANCE
+from service.bench.selection.linear import POLYGON_GAP, cannot_state, linear
+from service.bench.selection.ours import answer_of, jaya_runs
+from service.bench.selection.peer import Found, Peer
+from service.bench.selection.peers import peers, rated, solve_highs
+from service.bench.selection.problems import Case, cases
+from service.bench.selection.selection import Bench, abilities, beside_peers, compared, ours
+from tests.support.numerics.random_problems import KINDS, random_problem
 
 CLOSE = 1e-6
 TINY = [case for case in cases() if case.name in ("match, 1 a plane", "drum, 1 a plane")]

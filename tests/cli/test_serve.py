@@ -18,9 +18,9 @@ import httpx2
 import pytest
 
 from db import migrate
-from drivers.example import threshing_drum_example
-from service.cli.hardware import machine_of
-from service.cli.serving import GRACE_S, _listening
+from drivers.simulator.example import threshing_drum_example
+from service.cli.commands.serve import GRACE_S, _listening
+from service.cli.support.demo_machine import machine_of
 from service.errors import Conflict, InvalidInput
 from service.settings import Settings
 

@@ -12,20 +12,20 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from drivers.drum import true_readings
 from drivers.errors import InvalidSetting, UnreadableFile
-from drivers.example import threshing_drum_example
-from drivers.recording import read_recording
-from drivers.waveform_files.recording import Layout
-from service.cli import bridging, replaying, simulating
-from service.cli.bridging import bridge_until_stopped
-from service.cli.hardware import machine_of
-from service.cli.replaying import record_until_stopped
-from service.cli.serving import serving
-from service.cli.sources import Simulation, Waveform, waveform_of
+from drivers.files.readings import read_recording
+from drivers.files.recording import Layout
+from drivers.simulator.example import threshing_drum_example
+from drivers.simulator.spec import true_readings
+from service.cli.commands import bridge, replay, simulate
+from service.cli.commands.bridge import bridge_until_stopped
+from service.cli.commands.replay import record_until_stopped
+from service.cli.commands.serve import serving
+from service.cli.support.demo_machine import machine_of
+from service.cli.support.sources import Simulation, Waveform, waveform_of
 from service.settings import Settings
-from tests.cli.test_replaying import OPTIONS
-from tests.drivers.waveform_files.files import STARTED, recorded, write_csv, write_uff, write_wav
+from tests.cli.test_replay import OPTIONS
+from tests.support.drivers.waveform_files import STARTED, recorded, write_csv, write_uff, write_wav
 
 LAYOUT = """key_phasor = "{2}"
 started_at = 2026-05-04T08:30:00Z
@@ -53,7 +53,7 @@ BLOCKS = 6
 
 @pytest.fixture(autouse=True)
 def no_signals(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (bridging, replaying):
+    for module in (bridge, replay):
         monkeypatch.setattr(module, "on_stop", lambda _: None)
 
 
@@ -125,7 +125,7 @@ def test_a_recorded_waveform_is_replayed_to_a_run(
 ) -> None:
     bind(service, name)
     options = OPTIONS | {"source": name}
-    replaying.replay_file(waveform(tmp_path, name), to="http", url=service, as_now=False, keep_going=False, **options)  # type: ignore[arg-type]
+    replay.replay_file(waveform(tmp_path, name), to="http", url=service, as_now=False, keep_going=False, **options)  # type: ignore[arg-type]
     assert f"{2 * BLOCKS} readings of {name!r} replayed" in capsys.readouterr().out
     check(taken_run(service, name))
 
@@ -147,7 +147,7 @@ def test_a_waveform_of_which_every_block_is_refused_is_told_with_the_reason(
     assert not (tmp_path / "out.jsonl").exists()
     options = OPTIONS | {"source": "shed"}
     with pytest.raises(UnreadableFile, match="gives no reading"):
-        replaying.replay_file(slow, to="can", url="", as_now=False, keep_going=False, **options)  # type: ignore[arg-type]
+        replay.replay_file(slow, to="can", url="", as_now=False, keep_going=False, **options)  # type: ignore[arg-type]
     assert capsys.readouterr().out.count("the first because: ") == 2
 
 
@@ -167,9 +167,9 @@ def test_simulated_waveforms_are_sent_as_readings(
     service: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(signal, "signal", lambda *_: None)
-    out = simulating.out_to_http(service)
+    out = simulate.out_to_http(service)
     simulation = Simulation(3, waveforms=True)
-    simulating.simulate_until_stopped(service, None, out, "127.0.0.1:0", "sim", simulation, 1)
+    simulate.simulate_until_stopped(service, None, out, "127.0.0.1:0", "sim", simulation, 1)
     said = capsys.readouterr().out
     assert re.search(r"control port http://127.0.0.1:\d+\n", said)
     assert "stopped after 2 readings" in said

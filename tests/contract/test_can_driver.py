@@ -8,15 +8,15 @@ from collections.abc import Callable
 import can
 import pytest
 
-from drivers.can_bus import BusAddress, open_bus
-from drivers.can_driver import CanDriver
-from drivers.can_frames import Frames, FramesHere
-from drivers.can_sender import CanOut
-from drivers.can_toml import standard_mapping
+from drivers.can.bus import BusAddress, open_bus
+from drivers.can.driver import CanDriver
+from drivers.can.frames import Frames, FramesHere
+from drivers.can.mapping_file import standard_mapping
+from drivers.can.sender import CanOut
 from drivers.clock import ManualClock
 from drivers.protocol import Driver
-from drivers.simulated import SimulatedDrum, threshing_drum_example
-from tests.contract.driver_contract import SOME, DriverContract
+from drivers.simulator.drum_driver import SimulatedDrum, threshing_drum_example
+from tests.support.drivers.driver_contract import SOME, DriverContract
 
 CHANNELS = (f"contract-{number}" for number in itertools.count())
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import can
 import pytest
 
-from drivers.can_toml import standard_mapping
+from drivers.can.mapping_file import standard_mapping
 from drivers.clock import ManualClock
+from drivers.files.readings import Recorder
+from drivers.files.replay import ReplayDriver
 from drivers.protocol import Driver
-from drivers.recording import Recorder
-from drivers.replay import ReplayDriver
-from tests.contract.driver_contract import SOME, DriverContract
-from tests.drivers.frames import START, readings, sensor_frames
+from tests.support.drivers.driver_contract import SOME, DriverContract
+from tests.support.drivers.frames import START, readings, sensor_frames
 
 
 class ReplayContract(DriverContract):

@@ -1,7 +1,7 @@
 from drivers.clock import ManualClock
 from drivers.protocol import Driver
-from drivers.simulated import Faults, SimulatedDrum, threshing_drum_example
-from tests.contract.driver_contract import DriverContract
+from drivers.simulator.drum_driver import Faults, SimulatedDrum, threshing_drum_example
+from tests.support.drivers.driver_contract import DriverContract
 
 
 class TestSimulatedDrum(DriverContract):

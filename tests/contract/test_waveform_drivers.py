@@ -3,15 +3,15 @@ from pathlib import Path
 import pytest
 
 from drivers.clock import ManualClock
-from drivers.example import threshing_drum_example
+from drivers.files.driver import WaveformFile
+from drivers.files.recording import Layout
 from drivers.protocol import Driver
-from drivers.simulated_waveforms import SimulatedWaveforms
-from drivers.waveform import Disturbance
-from drivers.waveform_files.driver import WaveformFile
-from drivers.waveform_files.recording import Layout
-from tests.contract.driver_contract import DriverContract
+from drivers.simulator.example import threshing_drum_example
+from drivers.simulator.waveform_driver import SimulatedWaveforms
+from drivers.simulator.waveforms import Disturbance
 from tests.contract.test_simulated_driver import BackwardClock
-from tests.drivers.waveform_files.files import recorded, write_csv, write_uff, write_wav
+from tests.support.drivers.driver_contract import DriverContract
+from tests.support.drivers.waveform_files import recorded, write_csv, write_uff, write_wav
 
 
 class TestSimulatedWaveforms(DriverContract):

@@ -13,11 +13,12 @@ import pytest
 
 from db import backup
 from db.database import Database
-from service.usecases import history, readings
-from tests.api.test_readings import arrival
-from tests.api.workshop import Workshop, workshop
-from tests.db.filling import counted
-from tests.engines import ENGINES, engine_named
+from service.usecases import audit
+from service.usecases.readings import ingest
+from tests.api.readings.test_readings import arrival
+from tests.support.http.workshop import Workshop, workshop
+from tests.support.storage.engines import ENGINES, engine_named
+from tests.support.storage.filling import counted
 
 BATCH = 10
 
@@ -49,7 +50,7 @@ def test_a_backup_goes_back_into_either_engine(shop: Workshop, other: str, tmp_p
     database.close()
     with workshop(other) as restored:
         assert [restored.get(one) for one in paths] == said
-        assert history.verify(restored.work).findings == ()
+        assert audit.verify(restored.work).findings == ()
         assert restored.ask("PUT", "/sources/bridge", {"machine_id": said[0]["machine_id"]})
         assert restored.post("/readings", arrival(1)) == {"accepted": 1, "duplicates": 0}
 
@@ -94,7 +95,7 @@ def test_a_backup_taken_during_writes_is_one_moment(shop: Workshop, tmp_path: Pa
             total = connection.execute("SELECT count(*) FROM reading").fetchone()[0]
         assert total >= max(stored, BATCH)
         stored = total
-    assert readings.highest_sequence(shop.work, "a") == sent[0] - 1
+    assert ingest.highest_sequence(shop.work, "a") == sent[0] - 1
 
 
 def test_no_file_is_replaced(shop: Workshop, tmp_path: Path) -> None:

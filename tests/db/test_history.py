@@ -8,15 +8,18 @@ from typing import Any
 
 import pytest
 
-from db.chain import canonical, digest
-from db.documents.session import SessionPatch
+from db.audit_chain import canonical, digest
 from db.history import ClosedForGood
 from db.rows import RunRow, SessionRow
 from db.store import Store
 from drivers.reading import Reading
-from service.usecases import history, readings, sessions, tokens
-from service.usecases.work import Work, require
-from tests.api.workshop import Workshop
+from service.model.session import SessionPatch
+from service.runtime.context import Work, require
+from service.usecases import audit
+from service.usecases.access import tokens
+from service.usecases.readings import ingest
+from service.usecases.sessions import sessions
+from tests.support.http.workshop import Workshop
 
 Tamper = Callable[[Workshop, list[str]], list[str]]
 
@@ -40,7 +43,7 @@ def sql(shop: Workshop, *statements: str) -> None:
 
 def found(shop: Workshop, head: str | None = None) -> list[tuple[str, str | None]]:
     """Code and session of every finding."""
-    return [(finding.code, finding.session_id) for finding in history.verify(shop.work, head).findings]
+    return [(finding.code, finding.session_id) for finding in audit.verify(shop.work, head).findings]
 
 
 def test_canonical_json_and_its_digest_are_frozen() -> None:
@@ -120,7 +123,7 @@ def test_a_closed_session_cannot_be_changed_by_any_use_case(
 def test_what_is_stored_is_as_the_history_says(shop: Workshop) -> None:
     keys = [closed(shop) for _ in range(2)]
     shop.session()
-    verdict = history.verify(shop.work)
+    verdict = audit.verify(shop.work)
     assert verdict.findings == ()
     assert (verdict.sessions, verdict.entries) == (len(keys), shop.count("audit"))
     shop.session()
@@ -207,7 +210,7 @@ def test_what_is_altered_behind_the_service_is_found(shop: Workshop, tamper: Tam
 
 def test_an_end_that_was_cut_off_is_found_by_the_head_kept_elsewhere(shop: Workshop) -> None:
     shop.session()
-    head = history.verify(shop.work).head
+    head = audit.verify(shop.work).head
     sql(shop, "DELETE FROM audit WHERE number = (SELECT max(number) FROM audit)")
     assert found(shop) == []
     assert found(shop, head) == [("head_missing", None)]
@@ -216,7 +219,7 @@ def test_an_end_that_was_cut_off_is_found_by_the_head_kept_elsewhere(shop: Works
 def test_a_balance_that_is_not_the_sum_of_its_movements_is_found(shop: Workshop) -> None:
     box = shop.box(count=3, masses=(10.0,))
     sql(shop, f"UPDATE stock_balance SET on_hand = 2 WHERE catalogue_id = '{box}'")
-    findings: tuple[Any, ...] = history.verify(shop.work).findings
+    findings: tuple[Any, ...] = audit.verify(shop.work).findings
     assert [finding.code for finding in findings] == ["balance"]
     assert "2 of 10 g" in findings[0].detail
 
@@ -230,9 +233,9 @@ def test_requests_that_share_a_unit_are_each_told_under_their_own_name(shop: Wor
         sent = [Reading("bridge", first + n, moment, "P" if n == 0 else sensor, 1.0) for n in range(2)]
         return shop.work.acting(actor), sent
 
-    readings.ingest(shop.work.acting("bridge 1"), batch("bridge 1", 0)[1])
+    ingest.ingest(shop.work.acting("bridge 1"), batch("bridge 1", 0)[1])
     shared = [batch("bridge 1", 10), batch("bridge 2", 20), batch("bridge 3", 30, "none"), batch("bridge 4", 0)]
-    ended = readings._store_few(shared)
+    ended = ingest._store_few(shared)
     assert [type(one).__name__ for one in ended] == ["Receipt", "Receipt", "InvalidInput", "Receipt"]
     told = [(entry["actor"], entry["changes"]["new"]) for entry in shop.get("/history?kind=reading")]
     assert told == [("bridge 2", 2), ("bridge 1", 2), ("bridge 1", 2)], "what was stored before is no change"

@@ -14,8 +14,8 @@ from db.rows import Base
 from service import bootstrap
 from service.errors import Conflict
 from service.settings import Settings
-from tests.api.workshop import Workshop
-from tests.db.filling import counted, fill
+from tests.support.http.workshop import Workshop
+from tests.support.storage.filling import counted, fill
 
 
 @pytest.fixture

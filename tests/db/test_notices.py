@@ -15,10 +15,10 @@ from sqlalchemy.exc import IntegrityError
 from db.database import Database
 from db.rows import SourceRow
 from drivers.reading import Reading
-from service.usecases.news import news
-from service.usecases.readings import ingest
-from service.usecases.sources import bind
-from tests.api.workshop import Workshop
+from service.runtime.change_feed import news
+from service.usecases.readings.ingest import ingest
+from service.usecases.readings.sources import bind
+from tests.support.http.workshop import Workshop
 
 SOON_S = 20.0
 """More than any notice takes on a busy machine; a test that waits so long has failed."""

@@ -15,10 +15,10 @@ import pytest
 from sqlalchemy import Connection, event
 
 from service.app import PREFIX
-from service.usecases.retaining import retain
+from service.usecases.readings.retention import retain
+from tests.api.readings.test_readings import answer, arrival, at
 from tests.api.record_examples import block
-from tests.api.test_readings import answer, arrival, at
-from tests.api.workshop import Workshop
+from tests.support.http.workshop import Workshop
 
 BOUNDED = frozenset({"source", "token", "login", "alembic_version"})
 """Tables as long as the site has bridges and people: reading them whole is no matter of sessions stored."""

@@ -11,7 +11,7 @@ from sqlalchemy.exc import IntegrityError, StatementError
 
 from db.database import Undone
 from db.rows import CatalogueRow, SourceRow
-from tests.api.workshop import Workshop
+from tests.support.http.workshop import Workshop
 
 NOON = datetime(2026, 3, 1, 12, tzinfo=UTC)
 

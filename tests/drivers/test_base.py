@@ -13,7 +13,7 @@ from drivers.base import BaseDriver
 from drivers.clock import SystemClock
 from drivers.errors import BrokenSource, DriverClosed, InvalidSetting
 from drivers.reading import Reading
-from drivers.simulated import SimulatedDrum, threshing_drum_example
+from drivers.simulator.drum_driver import SimulatedDrum, threshing_drum_example
 
 FIRST = Reading("list", 1, datetime(2026, 7, 1, tzinfo=UTC), "P", 1.0)
 

@@ -17,10 +17,10 @@ from pathlib import Path
 
 import httpx2
 
-from drivers.example import threshing_drum_example
-from service.cli.hardware import machine_of
-from tests.e2e.can_talker import identity
-from tests.e2e.processes import Process, serve
+from drivers.simulator.example import threshing_drum_example
+from service.cli.support.demo_machine import machine_of
+from tests.support.processes.can_talker import identity
+from tests.support.processes.processes import Process, serve
 
 PORT = 8000
 
@@ -75,7 +75,7 @@ def main() -> None:
 
 @contextmanager
 def talking(rate: int) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "tests.e2e.can_talker", str(rate)]
+    command = [sys.executable, "-m", "tests.support.processes.can_talker", str(rate)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as talker:
         try:
             yield talker

@@ -20,15 +20,15 @@ from pathlib import Path
 
 import httpx2
 
-from drivers.example import threshing_drum_example
+from drivers.files.readings import Recorder
 from drivers.reading import Reading
-from drivers.recording import Recorder
-from service.cli.hardware import machine_of
-from service.cli.serving import serving
+from drivers.simulator.example import threshing_drum_example
+from service.cli.commands.serve import serving
+from service.cli.support.demo_machine import machine_of
 from service.settings import Settings
-from tests.drivers.frames import readings
-from tests.e2e.namespaces import no_namespace, run_inside
-from tests.e2e.processes import Process, serve
+from tests.support.drivers.frames import readings
+from tests.support.processes.namespaces import no_namespace, run_inside
+from tests.support.processes.processes import Process, serve
 
 A_KILL = 4_000
 """Readings that are delivered between two kills, at most."""

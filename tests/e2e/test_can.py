@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.e2e.can_loop import ANSWER
-from tests.e2e.namespaces import no_namespace, run_inside
+from tests.support.processes.can_loop import ANSWER
+from tests.support.processes.namespaces import no_namespace, run_inside
 
 
 @pytest.mark.skipif(no_namespace() is not None, reason=no_namespace() or "")
 def test_a_drum_on_the_bus_is_balanced(tmp_path: Path) -> None:
-    done = run_inside("tests.e2e.can_loop", str(tmp_path), timeout_s=120)
+    done = run_inside("tests.support.processes.can_loop", str(tmp_path), timeout_s=120)
     assert done.returncode == 0, done.stdout + done.stderr
     result = json.loads(done.stdout.splitlines()[-1])
     assert all(reduction >= 0.9 for reduction in result["reductions"]), result["reductions"]

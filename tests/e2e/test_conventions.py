@@ -8,11 +8,11 @@ import pytest
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from drivers.drum import DrumSpec, Scatter, true_readings
-from drivers.sensing import Sensor
-from tests.api.workshop import Workshop
-from tests.drivers.drums import angles, drums, mirrored
-from tests.e2e.simulated import SCALES, Told, balance
+from drivers.simulator.sensors import Sensor
+from drivers.simulator.spec import DrumSpec, Scatter, true_readings
+from tests.support.drivers.drums import angles, drums, mirrored
+from tests.support.http.workshop import Workshop
+from tests.support.processes.simulated import SCALES, Told, balance
 
 TRIAL_G = 300.0
 # A failing loop is not shrunk: that takes minutes, and the drum is printed as it is.

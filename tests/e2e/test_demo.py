@@ -11,13 +11,13 @@ from typing import Any
 import pytest
 
 from db.database import Database
-from db.documents.base import to_plain, write_json
-from db.documents.session import SessionLog
-from service.cli.demo import run_demo
-from service.usecases import sessions
-from service.usecases.resolving import read_log, resolve
-from service.usecases.work import Work
-from tests.api.workshop import Workshop
+from service.cli.commands.demo import run_demo
+from service.engine.log_replay import read_log, resolve
+from service.model.base import to_plain, write_json
+from service.model.session import SessionLog
+from service.runtime.context import Work
+from service.usecases.sessions import sessions
+from tests.support.http.workshop import Workshop
 
 SEEDS = range(1, 21)
 SOLVED_AGAIN = range(1, 5)

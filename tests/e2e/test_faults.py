@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.e2e.faults import Place, fill_the_disk, kill_the_bridge, kill_the_service
-from tests.e2e.namespaces import no_namespace, run_inside
+from tests.support.processes.namespaces import no_namespace, run_inside
 
 
 def test_the_bridge_killed_in_mid_stream(tmp_path: Path) -> None:

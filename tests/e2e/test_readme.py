@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.serving import serving
+from service.cli.commands.serve import serving
 from service.settings import Settings
 
 README = Path(__file__).parents[2] / "README.md"

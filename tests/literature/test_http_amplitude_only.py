@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.api.workshop import Workshop, mass
+from tests.support.http.workshop import Workshop, mass
 
 TRIAL_G = 12.3
 INITIAL = 6.1

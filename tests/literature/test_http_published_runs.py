@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from tests.api.workshop import LinearDrum, Workshop, mass, vector_of
+from tests.support.http.workshop import LinearDrum, Workshop, mass, vector_of
 
 DATA: dict[str, list[dict[str, Any]]] = json.loads(Path(__file__).with_name("published_runs.json").read_text())
 CASES = DATA["cases"] + [case for case in DATA["special"] if "not_reproduced" not in case]

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.api.workshop import Workshop
 from tests.literature.test_selection_rotor import DESIGNS as THESIS_DESIGNS
+from tests.support.http.workshop import Workshop
 
 NEWTON = 0.05
 

@@ -12,7 +12,7 @@ import math
 
 import pytest
 
-from tests.api.workshop import LinearDrum, Workshop, machine_body, mass, on_rotor, vector_of
+from tests.support.http.workshop import LinearDrum, Workshop, machine_body, mass, on_rotor, vector_of
 
 ANSWER = [mass("1", 170.2, 70.0), mass("2", 292.2, 113.0)]
 RADIUS_MM = 330.0

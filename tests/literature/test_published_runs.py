@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.balancing.amplitude_only import fit_amplitudes, four_run
-from service.balancing.corrections import Correction, Wishes, least_squares, minimax
-from service.balancing.diagnosis.planes import DEPENDENT, significance
-from service.balancing.fit import RunSet, fit_influence
-from service.balancing.phasors import ComplexArray, phasor
+from service.balancing.influence.amplitude_only import fit_amplitudes, four_run
+from service.balancing.influence.corrections import Correction, Wishes, least_squares, minimax
+from service.balancing.influence.diagnosis.planes import DEPENDENT, significance
+from service.balancing.influence.fit import RunSet, fit_influence
+from service.balancing.rotor.phasors import ComplexArray, phasor
 
 Case = dict[str, Any]
 DATA: dict[str, list[Case]] = json.loads(Path(__file__).with_name("published_runs.json").read_text())

@@ -11,11 +11,11 @@ import math
 import numpy as np
 import pytest
 
-from service.balancing.exact import solve_exact
-from service.balancing.objectives import bearing_force, evaluate
-from service.balancing.placements import vectors_of
-from service.balancing.rotor import bearing_reactions, inherent_reactions
-from tests.balancing.problems import placed, rotor, thesis_rotor
+from service.balancing.rotor.reactions import bearing_reactions, inherent_reactions
+from service.balancing.selection.exact.search import solve_exact
+from service.balancing.selection.objectives import bearing_force, evaluate
+from service.balancing.selection.placements import vectors_of
+from tests.support.numerics.problems import placed, rotor, thesis_rotor
 
 DESIGNS = [
     ("static", 1, "200@180", "200@180", 266.89, 209.37),

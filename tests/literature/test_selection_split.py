@@ -13,12 +13,12 @@ import math
 import numpy as np
 import pytest
 
-from service.balancing.exact import solve_exact
-from service.balancing.exhaustive import solve_exhaustive
-from service.balancing.objectives import evaluate
-from service.balancing.placements import vectors_of
-from service.balancing.selection import Objective, Piece, SelectionPlane, SelectionProblem, Stock
-from tests.balancing.problems import field_experiment
+from service.balancing.selection.brute_force import solve_exhaustive
+from service.balancing.selection.exact.search import solve_exact
+from service.balancing.selection.objectives import evaluate
+from service.balancing.selection.placements import vectors_of
+from service.balancing.selection.problem import Objective, Piece, SelectionPlane, SelectionProblem, Stock
+from tests.support.numerics.problems import field_experiment
 
 RADIUS_MM = 330.0
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser
 
-from tests.web.browser import Bench, Service, Tablet, browsing
+from tests.support.pages.browser import Bench, Service, Tablet, browsing
 
 
 @pytest.fixture(scope="module")

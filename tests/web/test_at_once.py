@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
-from service.usecases import once
-from service.usecases.turns import Turns
-from tests.api.workshop import Workshop, application, tablet
+from service.runtime import idempotency
+from service.runtime.solver_slots import Turns
+from tests.support.http.workshop import Workshop, application, tablet
 
 HTML = {"accept": "text/html"}
 RUN = {"readings[0].amplitude": "3.11", "readings[0].phase_deg": "40"}
@@ -28,13 +28,13 @@ def hidden(shop: Workshop, path: str) -> dict[str, str]:
 
 def at_once(monkeypatch: pytest.MonkeyPatch, path: str, forms: Sequence[Mapping[str, str]]) -> list[Any]:
     """The answers to forms that are sent together: each is read, and found fresh, before any is done."""
-    met, do = Barrier(len(forms), timeout=30), once.answer
+    met, do = Barrier(len(forms), timeout=30), idempotency.answer
 
     def together(*given: Any) -> Any:
         met.wait()
         return do(*given)
 
-    monkeypatch.setattr(once, "answer", together)
+    monkeypatch.setattr(idempotency, "answer", together)
 
     def send(form: Mapping[str, str]) -> Any:
         return tablet(application()).post(path, data=dict(form), headers=HTML, follow_redirects=False)

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from service.web.guide import look
-from tests.api.workshop import Workshop
-from tests.web.posted import POSTED
+from service.web.session.guide import look
+from tests.support.http.workshop import Workshop
+from tests.support.pages.posted import POSTED
+from tests.web.session.test_undoing import LOCKED, RELEASED, send
 from tests.web.test_german_pages import GERMAN, english
-from tests.web.test_undoing import LOCKED, RELEASED, send
 
 EMOJI, PASTED, TURNED, LONG = "🙂", "3,1 mm/s\t<b>Lager</b>", "400", "x" * 3000
 NUMBERS = (EMOJI, PASTED, "1.250", "1e5", "nan")

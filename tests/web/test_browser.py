@@ -10,7 +10,7 @@ import httpx2
 from playwright.sync_api import Browser
 from playwright.sync_api import TimeoutError as TooLong
 
-from tests.web.browser import LYING, UPRIGHT, Bench, Tablet
+from tests.support.pages.browser import LYING, UPRIGHT, Bench, Tablet
 
 GRAMS, ANGLE = '[name="masses.mass_g"]', '[name="masses.angle_deg"]'
 TAKE = "[data-take]:enabled"

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from service.web import assets
-from tests.api.workshop import Workshop
+from tests.support.http.workshop import Workshop
 from tests.web.test_german_pages import english as foreign
 
 HTML = {"accept": "text/html"}

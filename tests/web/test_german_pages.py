@@ -5,12 +5,12 @@ from __future__ import annotations
 import html
 import re
 
-from service.usecases import reports, sessions
+from service.usecases.sessions import reports, sessions
 from service.web.certificate.content import certificate
 from service.web.certificate.pdf import to_pdf
 from service.web.pictures.reader import Reader
 from service.web.preferences import Preferences
-from tests.api.workshop import DRUM, LinearDrum, Workshop, mass
+from tests.support.http.workshop import DRUM, LinearDrum, Workshop, mass
 from tests.web.certificate.test_certificate import pages_of
 
 GERMAN = {"accept": "text/html", "accept-language": "de"}

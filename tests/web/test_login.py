@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.usecases import tokens
-from service.usecases.attempts import MOST
+from service.usecases.access import tokens
+from service.usecases.access.login_throttle import MOST
 from service.web import form_tokens
-from tests.api.workshop import HERE, Workshop, application, problem_of
-from tests.web.posted import POSTED
+from tests.support.http.workshop import HERE, Workshop, application, problem_of
+from tests.support.pages.posted import POSTED
 
 HTML = {"accept": "text/html"}
 

@@ -6,7 +6,7 @@ import html
 import re
 from typing import Any
 
-from tests.api.workshop import Workshop, machine_body
+from tests.support.http.workshop import Workshop, machine_body
 from tests.web.test_german_pages import GERMAN, english
 
 HTML = {"accept": "text/html"}

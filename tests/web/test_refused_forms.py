@@ -7,11 +7,11 @@ import re
 
 import pytest
 
-from service.web.guide import look
-from tests.api.workshop import Workshop
-from tests.web.posted import GUIDED
+from service.web.session.guide import look
+from tests.support.http.workshop import Workshop
+from tests.support.pages.posted import GUIDED
+from tests.web.session.test_undoing import HTML, LOCKED, RELEASED, send
 from tests.web.test_german_pages import GERMAN, english
-from tests.web.test_undoing import HTML, LOCKED, RELEASED, send
 
 RUN = {"readings[0].amplitude": "9,87 mm/s", "readings[1].phase_deg": "🙂", "speed_rpm": "455,5"}
 FITTED = {"differs": "yes", "actual[0].position_deg": "20", "actual[0].mass_g": "10", "actual[1].weighed_g": "10,4"}

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from db.documents.machine import Sensor
+from service.model.machine import Sensor
 from service.web import units
 from service.web.display import Display
 from service.web.forms import Form

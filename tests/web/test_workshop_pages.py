@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser
 
-from tests.web.browser import LYING, UPRIGHT, Bench, Service, Tablet
+from tests.support.pages.browser import LYING, UPRIGHT, Bench, Service, Tablet
 
 
 @dataclass

@@ -5,9 +5,9 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from service.api.dependencies import WorkDep, errors
-from service.api.routing import StrictRoute
-from service.usecases import blocks
-from service.usecases.block_documents import BlockReceipt, RawBlock
+from service.api.strict_json import StrictRoute
+from service.usecases.readings import blocks
+from service.usecases.readings.block_documents import BlockReceipt, RawBlock
 
 router = APIRouter(route_class=StrictRoute)
 

@@ -9,12 +9,12 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from db.documents.base import document
 from service.api.dependencies import WorkDep, errors
-from service.api.routing import StrictRoute
-from service.usecases import wellness
-from service.usecases.wellness import Readiness
-from service.usecases.work import Work
+from service.api.strict_json import StrictRoute
+from service.model.base import document
+from service.runtime import health
+from service.runtime.context import Work
+from service.runtime.health import Readiness
 from service.version import __version__
 
 router = APIRouter(route_class=StrictRoute)
@@ -72,7 +72,7 @@ async def get_readiness(work: WorkDep, response: Response) -> Readiness:
 
 
 def _ask(work: Work, asked: asyncio.Future[Readiness]) -> None:
-    found = wellness.readiness(work)
+    found = health.readiness(work)
 
     def answer() -> None:
         if not asked.done():
@@ -85,4 +85,4 @@ def _ask(work: Work, asked: asyncio.Future[Readiness]) -> None:
 @probes.get("/metrics")
 def get_metrics(work: WorkDep) -> Response:
     """What this process counted, and how far the sources are behind, in Prometheus' text format."""
-    return Response(wellness.metrics(work), media_type="text/plain; version=0.0.4; charset=utf-8")
+    return Response(health.metrics(work), media_type="text/plain; version=0.0.4; charset=utf-8")

@@ -6,10 +6,10 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from db.documents.history import HistoryEntry
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
-from service.api.routing import StrictRoute
-from service.usecases import history
+from service.api.strict_json import StrictRoute
+from service.model.history import HistoryEntry
+from service.usecases import audit
 
 router = APIRouter(route_class=StrictRoute)
 Word = Annotated[str | None, Query(max_length=100, description="Only of this one.")]
@@ -20,7 +20,7 @@ def list_history(
     work: WorkDep, limit: Limit = 50, offset: Offset = 0, kind: Word = None, key: Word = None, actor: Word = None
 ) -> tuple[HistoryEntry, ...]:
     """Changes, newest first: of one kind, of one thing, by one actor. Units are those of what was changed."""
-    return history.find(work, limit, offset, kind=kind, key=key, actor=actor)
+    return audit.find(work, limit, offset, kind=kind, key=key, actor=actor)
 
 
 @router.get("/sessions/{session_id}/history", tags=["history"], responses=errors(404))
@@ -28,4 +28,4 @@ def get_session_history(
     work: WorkDep, session_id: Key, limit: Limit = 50, offset: Offset = 0
 ) -> tuple[HistoryEntry, ...]:
     """Changes of a session, newest first. Units are those of what was changed."""
-    return history.of_session(work, session_id, limit, offset)
+    return audit.of_session(work, session_id, limit, offset)

@@ -9,14 +9,14 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
-from db.documents.base import write_json
 from service.api.dependencies import Key, WorkDep, errors
-from service.api.routing import StrictRoute
+from service.api.strict_json import StrictRoute
 from service.errors import Unavailable
-from service.usecases import live
-from service.usecases.live import Live
-from service.usecases.news import news
-from service.usecases.work import Work
+from service.model.base import write_json
+from service.runtime.change_feed import news
+from service.runtime.context import Work
+from service.usecases.sessions import live
+from service.usecases.sessions.live import Live
 
 router = APIRouter(route_class=StrictRoute)
 

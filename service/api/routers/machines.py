@@ -6,12 +6,13 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Query
 
-from db.documents.influence import LearnedInfluence, LearnRequest, TypicalInfluence
-from db.documents.machine import Catalogue, CataloguePatch, Machine, StoredCatalogue, StoredMachine
-from db.documents.stock import Stock, StockBooking
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
-from service.api.routing import StrictRoute
-from service.usecases import catalogues, influence, machines
+from service.api.strict_json import StrictRoute
+from service.model.influence import LearnedInfluence, LearnRequest, TypicalInfluence
+from service.model.machine import Catalogue, CataloguePatch, Machine, StoredCatalogue, StoredMachine
+from service.model.stock import Stock, StockBooking
+from service.usecases.machines import influence, machines
+from service.usecases.stock import catalogues
 
 router = APIRouter(route_class=StrictRoute)
 

@@ -8,15 +8,15 @@ from annotated_types import Len
 from fastapi import APIRouter, Path, Query
 from starlette.concurrency import run_in_threadpool
 
-from db.documents.base import Moment, Name, document
-from db.documents.run import BalancerAnswer
 from drivers.reading import Reading
 from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
-from service.api.routing import StrictRoute
-from service.usecases import answers, readings, sources
-from service.usecases.answers import ListedAnswer, StoredAnswer
-from service.usecases.readings import Receipt
-from service.usecases.sources import Source, StoredReading
+from service.api.strict_json import StrictRoute
+from service.model.base import Moment, Name, document
+from service.model.run import BalancerAnswer
+from service.usecases.readings import balancer_answers, ingest, sources
+from service.usecases.readings.balancer_answers import ListedAnswer, StoredAnswer
+from service.usecases.readings.ingest import Receipt
+from service.usecases.readings.sources import Source, StoredReading
 
 router = APIRouter(route_class=StrictRoute)
 SourceName = Annotated[
@@ -41,22 +41,22 @@ async def add_readings(work: WorkDep, body: Annotated[list[Reading], Len(min_len
     """
     sent = [body] if isinstance(body, Reading) else body
     if work.joined is not None:
-        return readings.ingest(work, sent)  # in the thread of the unit of work that it joins
-    if len(sent) > readings.FEW:
-        return await run_in_threadpool(readings.ingest, work, sent)
-    return await readings.ingest_few(work, sent)
+        return ingest.ingest(work, sent)  # in the thread of the unit of work that it joins
+    if len(sent) > ingest.FEW:
+        return await run_in_threadpool(ingest.ingest, work, sent)
+    return await ingest.ingest_few(work, sent)
 
 
 @router.post("/balancer-answers", status_code=201, tags=["readings"], responses=errors(404, 409))
 def add_answer(work: WorkDep, answer: BalancerAnswer) -> StoredAnswer:
     """Store the continuous correction masses a balancer computed. Masses in g, angles in degrees."""
-    return answers.ingest(work, answer)
+    return balancer_answers.ingest(work, answer)
 
 
 @router.get("/sessions/{session_id}/balancer-answers", tags=["readings"], responses=errors(404))
 def list_answers(work: WorkDep, session_id: Key, limit: Limit = 50, offset: Offset = 0) -> tuple[ListedAnswer, ...]:
     """Balancers' answers that the session may be corrected by, newest first. Masses in g, angles in degrees, UTC."""
-    return answers.of_session(work, session_id, limit, offset)
+    return balancer_answers.of_session(work, session_id, limit, offset)
 
 
 @router.get("/sources", tags=["readings"], responses=errors())

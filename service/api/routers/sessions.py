@@ -6,16 +6,18 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from db.documents.correction import Correction, CorrectionRequest
-from db.documents.influence import TrialMassSuggestion
-from db.documents.plan import FittedRequest, FrontPoint, Plan, PlanRequest, WhatIf, WhatIfRequest
-from db.documents.report import Report
-from db.documents.run import Run, RunPatch, RunRequest
-from db.documents.session import Session, SessionLog, SessionPatch, SessionRequest, SessionState, SessionSummary
-from db.documents.stock import ReserveRequest
 from service.api.dependencies import Key, Limit, Offset, SeenDep, WorkDep, errors
-from service.api.routing import StrictRoute
-from service.usecases import corrections, holding, importing, influence, plans, reports, runs, sessions
+from service.api.strict_json import StrictRoute
+from service.model.correction import Correction, CorrectionRequest
+from service.model.influence import TrialMassSuggestion
+from service.model.plan import FittedRequest, FrontPoint, Plan, PlanRequest, WhatIf, WhatIfRequest
+from service.model.report import Report
+from service.model.run import Run, RunPatch, RunRequest
+from service.model.session import Session, SessionLog, SessionPatch, SessionRequest, SessionState, SessionSummary
+from service.model.stock import ReserveRequest
+from service.usecases.machines import influence
+from service.usecases.plans import corrections, plans, reservations
+from service.usecases.sessions import log_import, reports, runs, sessions
 
 router = APIRouter(route_class=StrictRoute)
 
@@ -70,7 +72,7 @@ def import_session(work: WorkDep, log: SessionLog) -> Session:
     Machine and boxes are found by identifier or name, or created, boxes empty. The same log again changes nothing;
     another session under the same identifier is refused. Units as in `get_session`: g, degrees, sensors' units.
     """
-    return importing.import_one(work, log)
+    return log_import.import_one(work, log)
 
 
 @router.get("/sessions/{session_id}/report.json", tags=["sessions"], responses=errors(404))
@@ -160,13 +162,13 @@ def reserve_plan(work: SeenDep, plan_id: Key, reserve: ReserveRequest) -> Plan:
 
     They are held until fitted, released or the time is over. Masses in g, stock in pieces, time in minutes.
     """
-    return holding.reserve(work, plan_id, reserve)
+    return reservations.reserve(work, plan_id, reserve)
 
 
 @router.post("/plans/{plan_id}/release", tags=["plans"], responses=errors(404, 409, 412))
 def release_plan(work: SeenDep, plan_id: Key) -> Plan:
     """Hold the pieces of a plan no longer. Masses in g, stock in pieces."""
-    return holding.release(work, plan_id)
+    return reservations.release(work, plan_id)
 
 
 @router.post("/plans/{plan_id}/fitted", tags=["plans"], responses=errors(404, 409, 412))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from db.documents.report import Report
-from db.documents.session import Session
+from service.model.report import Report
+from service.model.session import Session
 from service.web.certificate import facts, results
-from service.web.certificate.sheet import Section, Sheet
+from service.web.certificate.document import Section, Sheet
 from service.web.pictures.reader import Reader
 
 

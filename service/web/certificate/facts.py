@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from db.documents.machine import Machine, Plane, Sensor
-from db.documents.session import Session
-from service.usecases import mapping
-from service.web.certificate.sheet import Facts, Lines, Table
+from service.engine import mapping
+from service.model.machine import Machine, Plane, Sensor
+from service.model.session import Session
+from service.web.certificate.document import Facts, Lines, Table
 from service.web.pictures.reader import Reader
 
 DASH = "\N{EM DASH}"

@@ -10,8 +10,8 @@ import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from service.web.certificate.ink import draw
-from service.web.certificate.sheet import Facts, Lines, Part, Pictures, Section, Sheet, Table
+from service.web.certificate.document import Facts, Lines, Part, Pictures, Section, Sheet, Table
+from service.web.certificate.picture_to_pdf import draw
 
 if TYPE_CHECKING:
     from fpdf import FPDF

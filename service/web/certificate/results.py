@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from db.documents.machine import Machine, Sensor
-from db.documents.plan import Placement, Plan
-from db.documents.report import BeforeAfter, Outcome, Report
-from db.documents.run import Run
-from db.documents.session import Session
-from service.usecases.rules import hole_label, position_index
+from service.engine.validation import hole_label, position_index
+from service.model.machine import Machine, Sensor
+from service.model.plan import Placement, Plan
+from service.model.report import BeforeAfter, Outcome, Report
+from service.model.run import Run
+from service.model.session import Session
+from service.web.certificate.document import Facts, Lines, Mood, Part, Pictures, Table
 from service.web.certificate.facts import DASH, grade
-from service.web.certificate.sheet import Facts, Lines, Mood, Part, Pictures, Table
-from service.web.pictures import bars, ends, polar
+from service.web.pictures import bars, end_view, polar
 from service.web.pictures.reader import Reader
 from service.web.pictures.words import mass_words
 
@@ -101,8 +101,8 @@ def masses(session: Session, plan: Plan | None, reader: Reader) -> tuple[Part, .
     gone = {(p.plane, p.position_deg, p.mass_g) for p in plan.taken_off}
     for found in session.on_rotor:
         if (found.plane, found.position_deg, found.mass_g) not in gone:
-            pieces.append(ends.Piece(found.plane, found.position_deg, found.mass_g, "fixed"))
-    views = tuple(ends.end_view(machine, p.name, reader, pieces=pieces, done=True) for p in machine.planes)
+            pieces.append(end_view.Piece(found.plane, found.position_deg, found.mass_g, "fixed"))
+    views = tuple(end_view.end_view(machine, p.name, reader, pieces=pieces, done=True) for p in machine.planes)
     words = {"add": _("bolted in"), "remove": _("taken off"), "fixed": _("as found, stays")}
     rows = tuple(
         (
@@ -219,11 +219,11 @@ def _readings(run: Run, sensors: dict[str, Sensor], reader: Reader) -> str:
     return "; ".join(out)
 
 
-def _piece(placement: Placement, part: ends.Part) -> ends.Piece:
-    return ends.Piece(placement.plane, placement.position_deg, placement.mass_g, part)
+def _piece(placement: Placement, part: end_view.Part) -> end_view.Piece:
+    return end_view.Piece(placement.plane, placement.position_deg, placement.mass_g, part)
 
 
-def _hole(machine: Machine, piece: ends.Piece) -> str:
+def _hole(machine: Machine, piece: end_view.Piece) -> str:
     plane = next(p for p in machine.planes if p.name == piece.plane)
     return hole_label(plane, position_index(plane, piece.position_deg, "position_deg"))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from db.documents.machine import Machine
-from db.documents.report import BeforeAfter
+from service.model.machine import Machine
+from service.model.report import BeforeAfter
 from service.web.pictures.drawing import Item, Line, Picture, Point, Words
 from service.web.pictures.reader import Reader
 from service.web.pictures.words import short

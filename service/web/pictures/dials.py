@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 
-from db.documents.machine import Machine, Sensor
-from service.usecases.live import SensorNow
-from service.web.pictures.compass import Compass, compass_of
+from service.model.machine import Machine, Sensor
+from service.usecases.sessions.live import SensorNow
+from service.web.pictures.angle_axis import Compass, compass_of
 from service.web.pictures.drawing import Circle, Group, Item, Line, Picture, Point, Words
-from service.web.pictures.paper import key_mark
+from service.web.pictures.polar_axes import key_mark
 from service.web.pictures.reader import Reader
 from service.web.pictures.scales import ticks
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from db.documents.plan import FrontPoint
+from service.model.plan import FrontPoint
 from service.web.pictures.chart import BOTTOM, HEIGHT, WIDTH, Chart
 from service.web.pictures.drawing import Circle, Item, Line, Picture, Words
 from service.web.pictures.reader import Reader

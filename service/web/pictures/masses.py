@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from db.documents.correction import Ellipse, PlaneMass
-from db.documents.machine import Machine
-from db.documents.plan import Plan
-from db.documents.run import MassOnRotor
-from service.balancing.phasors import phasor, polar, to_radians
-from service.usecases import mapping
-from service.web.pictures.compass import arrow_head, compass_of
+from service.balancing.rotor.phasors import phasor, polar, to_radians
+from service.engine import mapping
+from service.model.correction import Ellipse, PlaneMass
+from service.model.machine import Machine
+from service.model.plan import Plan
+from service.model.run import MassOnRotor
+from service.web.pictures.angle_axis import arrow_head, compass_of
 from service.web.pictures.drawing import Circle, Item, Line, Picture, Point, Words
-from service.web.pictures.paper import Paper, key_mark, sense_arrows
+from service.web.pictures.polar_axes import Paper, key_mark, sense_arrows
 from service.web.pictures.reader import Reader
 
 WIDTH, RADIUS = 560.0, 200.0

@@ -6,14 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from db.documents.correction import SensorVector
-from db.documents.machine import Machine, Sensor
-from db.documents.run import Run, RunOut
-from service.balancing.phasors import phasor
-from service.usecases import mapping
-from service.web.pictures.compass import arrow_head, compass_of
+from service.balancing.rotor.phasors import phasor
+from service.engine import mapping
+from service.model.correction import SensorVector
+from service.model.machine import Machine, Sensor
+from service.model.run import Run, RunOut
+from service.web.pictures.angle_axis import arrow_head, compass_of
 from service.web.pictures.drawing import Circle, Item, Line, Picture, Point, Words, group
-from service.web.pictures.paper import Paper, key_mark, sense_arrows
+from service.web.pictures.polar_axes import Paper, key_mark, sense_arrows
 from service.web.pictures.reader import Reader
 from service.web.pictures.words import mass_words, short
 from service.web.units import Unit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from db.documents.machine import Sensor
+from service.model.machine import Sensor
 from service.web.display import Display
 from service.web.language import translations
 from service.web.numbers import MINUS

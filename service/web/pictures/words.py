@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from db.documents.run import MassOnRotor
+from service.model.run import MassOnRotor
 from service.web.pictures.reader import Reader
 
 

@@ -7,10 +7,10 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from fastapi.responses import HTMLResponse, Response
 
-from db.documents.machine import Catalogue, CatalogueItem, CataloguePatch, Pieces
 from service.errors import DrumtrueError
-from service.usecases import catalogues
-from service.web.doing import done
+from service.model.machine import Catalogue, CatalogueItem, CataloguePatch, Pieces
+from service.usecases.stock import catalogues
+from service.web.form_guard import done
 from service.web.forms import Form, TypedDep
 from service.web.language import N_
 from service.web.rendering import Page, PageDep

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter
 from fastapi.responses import HTMLResponse
 
-from service.usecases import sessions
+from service.usecases.sessions import sessions
 from service.web.rendering import PageDep
 
 router = APIRouter()

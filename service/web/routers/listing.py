@@ -7,12 +7,12 @@ from typing import get_args
 from fastapi import APIRouter
 from fastapi.responses import HTMLResponse
 
-from db.documents.session import SessionState
-from service.usecases import sessions
-from service.web import steps
-from service.web.guide import look
+from service.model.session import SessionState
+from service.usecases.sessions import sessions
 from service.web.rendering import PageDep
-from service.web.routers.guiding import Key
+from service.web.routers.session_steps import Key
+from service.web.session import steps
+from service.web.session.guide import look
 
 router = APIRouter(prefix="/sessions")
 

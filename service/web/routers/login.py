@@ -6,8 +6,8 @@ from fastapi import APIRouter
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from service.errors import TooManyAttempts, Unauthorized
-from service.usecases import logins
-from service.usecases.attempts import Attempts
+from service.usecases.access import logins
+from service.usecases.access.login_throttle import Attempts
 from service.web.forms import Form, TypedDep
 from service.web.language import N_
 from service.web.rendering import Page, PageDep

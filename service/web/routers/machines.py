@@ -8,13 +8,14 @@ from fastapi import APIRouter, Path
 from fastapi.responses import HTMLResponse, Response
 from pydantic import ValidationError
 
-from db.documents.base import read_json, to_plain, write_json
-from db.documents.machine import Machine, StoredMachine
+from service.engine.mapping import Channel, bearing_places, limit_of
 from service.errors import DrumtrueError
-from service.usecases import influence, machines, sessions
-from service.usecases.mapping import Channel, bearing_places, limit_of
+from service.model.base import read_json, to_plain, write_json
+from service.model.machine import Machine, StoredMachine
+from service.usecases.machines import influence, machines
+from service.usecases.sessions import sessions
 from service.web import machine_forms, trends
-from service.web.doing import done
+from service.web.form_guard import done
 from service.web.forms import Form, TypedDep
 from service.web.rendering import Page, PageDep
 

@@ -8,20 +8,22 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from fastapi.responses import HTMLResponse, Response
 
-from db.documents.correction import CorrectionRequest, CorrectionSource
-from db.documents.influence import LearnRequest
-from db.documents.machine import CataloguePatch, Pieces
-from db.documents.plan import BlockedPosition, Mode, ObjectiveName, PlanRequest
-from db.documents.run import MassOnRotor
 from service.errors import DrumtrueError, NotFound, Unavailable
-from service.usecases import catalogues, corrections, influence, plans
-from service.usecases.work import Work
-from service.web import illustrations, steps
-from service.web.doing import again, done_in, done_on
+from service.model.correction import CorrectionRequest, CorrectionSource
+from service.model.influence import LearnRequest
+from service.model.machine import CataloguePatch, Pieces
+from service.model.plan import BlockedPosition, Mode, ObjectiveName, PlanRequest
+from service.model.run import MassOnRotor
+from service.runtime.context import Work
+from service.usecases.machines import influence
+from service.usecases.plans import corrections, plans
+from service.usecases.stock import catalogues
+from service.web.form_guard import again, done_in, done_on
 from service.web.forms import Form, TypedDep
-from service.web.guide import Guide, look
 from service.web.rendering import Page, PageDep
-from service.web.routers.guiding import GuideDep, Key
+from service.web.routers.session_steps import GuideDep, Key
+from service.web.session import pictures, steps
+from service.web.session.guide import Guide, look
 
 router = APIRouter(prefix="/sessions/{session_id}")
 
@@ -137,7 +139,7 @@ def show_front(page: PageDep, session_id: Key, plan_id: PlanKey) -> HTMLResponse
         session=session,
         plan=plan,
         points=points,
-        picture=illustrations.front(plan, points, page.preferences),
+        picture=pictures.front(plan, points, page.preferences),
     )
 
 

@@ -7,10 +7,10 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
-from service.usecases import reports, sessions
-from service.usecases.report_rows import report_csv
+from service.usecases.sessions import reports, sessions
+from service.usecases.sessions.report_rows import report_csv
 from service.web.certificate.content import certificate
-from service.web.certificate.sheet import Sheet
+from service.web.certificate.document import Sheet
 from service.web.pictures.reader import Reader
 from service.web.pictures.svg import to_svg
 from service.web.rendering import PageDep

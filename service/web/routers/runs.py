@@ -7,18 +7,18 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from fastapi.responses import Response
 
-from db.documents.run import RunKind, RunPatch, RunReading, RunRequest, Take
+from service.engine.validation import highest_speed
 from service.errors import DrumtrueError, OutOfOrder
-from service.usecases import live, runs
-from service.usecases.rules import highest_speed
-from service.usecases.work import Work
-from service.web import steps
-from service.web.doing import done_in, require_fresh
+from service.model.run import RunKind, RunPatch, RunReading, RunRequest, Take
+from service.runtime.context import Work
+from service.usecases.sessions import live, runs
+from service.web.form_guard import done_in, require_fresh
 from service.web.forms import Form, TypedDep
-from service.web.guide import Guide, look
 from service.web.language import N_
 from service.web.rendering import Page, PageDep
-from service.web.routers.guiding import GuideDep, Key
+from service.web.routers.session_steps import GuideDep, Key
+from service.web.session import steps
+from service.web.session.guide import Guide, look
 from service.web.units import TURNS
 
 router = APIRouter(prefix="/sessions/{session_id}/runs")

@@ -6,7 +6,8 @@ from fastapi import APIRouter
 from fastapi.responses import HTMLResponse, Response
 
 from service.errors import DrumtrueError
-from service.usecases import machines, source_health, sources
+from service.usecases.machines import machines
+from service.usecases.readings import source_health, sources
 from service.web.forms import Form, TypedDep
 from service.web.rendering import Page, PageDep
 

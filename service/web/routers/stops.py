@@ -7,19 +7,20 @@ from collections.abc import Callable
 from fastapi import APIRouter
 from fastapi.responses import Response
 
-from db.documents.plan import ActualPlacement
-from db.documents.run import MassOnRotor
-from db.documents.stop import Stop, StopPurpose, StopRequest
+from service.engine import mapping
 from service.errors import DrumtrueError
-from service.usecases import mapping, stops
-from service.usecases.work import Work
-from service.web import steps
-from service.web.doing import done_in
+from service.model.plan import ActualPlacement
+from service.model.run import MassOnRotor
+from service.model.stop import Stop, StopPurpose, StopRequest
+from service.runtime.context import Work
+from service.usecases.sessions import stops
+from service.web.form_guard import done_in
 from service.web.forms import Form, TypedDep
-from service.web.guide import Guide
 from service.web.language import N_
 from service.web.rendering import Page, PageDep
-from service.web.routers.guiding import GuideDep, Key
+from service.web.routers.session_steps import GuideDep, Key
+from service.web.session import steps
+from service.web.session.guide import Guide
 
 router = APIRouter(prefix="/sessions/{session_id}/stops")
 

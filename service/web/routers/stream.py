@@ -12,14 +12,14 @@ from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
+from service.engine.validation import highest_speed
 from service.errors import Unavailable
-from service.usecases import live
-from service.usecases.rules import highest_speed
-from service.web import illustrations
-from service.web.guide import Guide, look
+from service.usecases.sessions import live
 from service.web.rendering import Page, PageDep
-from service.web.routers.guiding import Key
-from service.web.steps import scales
+from service.web.routers.session_steps import Key
+from service.web.session import pictures
+from service.web.session.guide import Guide, look
+from service.web.session.steps import scales
 
 router = APIRouter(prefix="/sessions/{session_id}")
 
@@ -105,11 +105,9 @@ def _sensor(page: Page, guide: Guide, now: live.SensorNow) -> dict[str, Any]:
         "name": now.sensor,
         "amplitude": page.display.number(unit.show(now.amplitude)),
         "stored": now.amplitude,
-        "larger": illustrations.larger_dial(guide.session, sensor.name, now.amplitude, page.preferences)
-        if beyond
-        else None,
+        "larger": pictures.larger_dial(guide.session, sensor.name, now.amplitude, page.preferences) if beyond else None,
         "phase": page.display.angle(now.phase_deg),
-        "turn": None if now.phase_deg is None else round(illustrations.phase_sign(guide.session) * now.phase_deg, 1),
+        "turn": None if now.phase_deg is None else round(pictures.phase_sign(guide.session) * now.phase_deg, 1),
         "steady": now.steady,
         "why_not": page.words(now.why_not),
     }

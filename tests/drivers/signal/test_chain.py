@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from drivers.errors import InvalidSetting, SignalRefused
 from drivers.signal.block import Block, Channel
 from drivers.signal.chain import Measured, Refusal, Settings, measure
-from tests.drivers.signal.analytic import DRIFTS, Tone, apart, measured, refused, vector, with_samples
+from tests.support.drivers.analytic import DRIFTS, Tone, apart, measured, refused, vector, with_samples
 
 few = settings(max_examples=15, deadline=None)
 SIGNAL_TO_NOISE_DB = 40.0

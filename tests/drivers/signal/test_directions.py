@@ -8,7 +8,7 @@ from drivers.errors import InvalidSetting
 from drivers.signal.block import Channel
 from drivers.signal.chain import Measured
 from drivers.signal.directions import compare
-from tests.drivers.signal.analytic import Tone, measured
+from tests.support.drivers.analytic import Tone, measured
 
 
 def feel(rms: float, lag_deg: float, **more: object) -> Measured:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from drivers.errors import InvalidSetting, SignalRefused
 from drivers.signal.block import Block, Channel
 from drivers.signal.chain import Measured, Settings, measure
-from tests.drivers.signal.analytic import Tone
+from tests.support.drivers.analytic import Tone
 
 anything = st.floats(allow_infinity=False)
 settings_of_any_kind = st.builds(

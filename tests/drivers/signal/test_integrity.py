@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from drivers.signal.block import Channel
 from drivers.signal.chain import Settings
 from drivers.signal.integrity import bridged, integrity_of
-from tests.drivers.signal.analytic import Tone, apart, measured, refused, with_samples
+from tests.support.drivers.analytic import Tone, apart, measured, refused, with_samples
 
 NOISY = Tone(turns=40.0, snr_db=40.0, drift=0.02)
 

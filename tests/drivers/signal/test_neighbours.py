@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.drivers.signal.analytic import DRIFTS, Tone, apart, measured
+from tests.support.drivers.analytic import DRIFTS, Tone, apart, measured
 
 
 @pytest.mark.parametrize("order", [0.7, 0.85, 1.12, 1.3, 1.45])

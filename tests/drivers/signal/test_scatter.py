@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.drivers.signal.analytic import Tone, measured, vector
+from tests.support.drivers.analytic import Tone, measured, vector
 
 
 def test_it_is_the_standard_deviation_of_the_reported_vector() -> None:

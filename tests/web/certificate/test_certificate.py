@@ -9,15 +9,15 @@ from typing import Any
 import pypdfium2
 import pytest
 
-from db.documents.report import Outcome, Report
-from db.documents.session import Session
-from service.usecases import reports, sessions
+from service.model.report import Outcome, Report
+from service.model.session import Session
+from service.usecases.sessions import reports, sessions
 from service.web.certificate.content import certificate
+from service.web.certificate.document import Pictures, Sheet, Table
 from service.web.certificate.pdf import to_pdf
-from service.web.certificate.sheet import Pictures, Sheet, Table
 from service.web.pictures.reader import Reader
 from service.web.preferences import Preferences
-from tests.api.workshop import DRUM, Workshop, mass, on_rotor
+from tests.support.http.workshop import DRUM, Workshop, mass, on_rotor
 
 HTML = {"accept": "text/html"}
 STRANGE = "Ø µm ° ² <script>alert(1)</script> & 中文 🙂 \N{RIGHT-TO-LEFT OVERRIDE}x"

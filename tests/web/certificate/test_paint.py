@@ -7,7 +7,7 @@ from pathlib import Path
 
 from service.web import pictures
 from service.web.assets import files
-from service.web.certificate.paint import Paint, paint_of
+from service.web.certificate.pdf_style import Paint, paint_of
 
 ROOM = Path(pictures.__file__).parent
 UNPAINTED = {"pic", "pic-place", "pic-needle"}

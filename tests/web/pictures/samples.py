@@ -7,8 +7,8 @@ from datetime import UTC, datetime
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from db.documents.machine import Machine, Plane, Sensor
-from db.documents.run import MassOnRotor, Run, RunReading
+from service.model.machine import Machine, Plane, Sensor
+from service.model.run import MassOnRotor, Run, RunReading
 from service.web.pictures.drawing import Group, Item, Picture
 from service.web.pictures.svg import to_svg
 

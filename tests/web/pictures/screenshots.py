@@ -16,16 +16,17 @@ import pypdfium2
 from markupsafe import Markup
 from PIL import Image
 
-from db.documents.session import Session
-from service.usecases import plans, reports, sessions
+from service.model.session import Session
+from service.usecases.plans import plans
+from service.usecases.sessions import reports, sessions
 from service.web.assets import files
 from service.web.certificate.content import certificate
 from service.web.certificate.pdf import to_pdf
-from service.web.pictures import bars, ends, front, polar
+from service.web.pictures import bars, end_view, front, polar
 from service.web.pictures.reader import Reader
 from service.web.pictures.svg import to_svg
-from tests.api.workshop import DRUM, Workshop, mass, on_rotor, workshop
-from tests.web.browser import browsing
+from tests.support.http.workshop import DRUM, Workshop, mass, on_rotor, workshop
+from tests.support.pages.browser import browsing
 from tests.web.pictures.walk import walker
 
 WIDTH = 1240
@@ -53,8 +54,8 @@ def balanced(shop: Workshop) -> str:
 def drawn(shop: Workshop, session: Session) -> list[Markup]:
     """The pictures of the session, the end views of both planes first."""
     reader, machine, plan = Reader(), session.machine, session.plans[-1]
-    pieces = ends.pieces_of(plan.changes, session.on_rotor)
-    views = [ends.end_view(machine, plane.name, reader, pieces=pieces) for plane in machine.planes]
+    pieces = end_view.pieces_of(plan.changes, session.on_rotor)
+    views = [end_view.end_view(machine, plane.name, reader, pieces=pieces) for plane in machine.planes]
     plots = [
         polar.polar_plot(machine, v.sensor, session.runs, reader, predicted=v, close_up=close)
         for v, close in ((plan.predicted[0], False), (plan.predicted[0], True))

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.web.pictures import ends, polar
-from service.web.pictures.compass import Compass, compass_of, flipped
+from service.web.pictures import end_view, polar
+from service.web.pictures.angle_axis import Compass, compass_of, flipped
 from service.web.pictures.drawing import Circle, Group, Line, Picture
 from service.web.pictures.reader import Reader
 from tests.web.pictures.samples import HOLES, items, machine, run
@@ -47,31 +47,31 @@ def hole_centres(picture: Picture) -> dict[str, tuple[float, float]]:
 @pytest.mark.parametrize("other_end", [False, True])
 def test_a_hole_lies_where_the_convention_says(rotation: Any, sense: Any, other_end: bool) -> None:
     drum = machine(rotation=rotation, angle_sense=sense)
-    view = ends.end_view(drum, "R", Reader(), from_other_end=other_end)
+    view = end_view.end_view(drum, "R", Reader(), from_other_end=other_end)
     way = 1.0 if clockwise_on_paper(rotation, sense) != other_end else -1.0
     centres = hole_centres(view)
     assert len(centres) == len(HOLES)
     for number, angle in enumerate(HOLES, start=1):
-        assert apart(paper_angle(ends.CENTRE, centres[str(number)]), way * angle) < 1e-6
-        assert math.dist(ends.CENTRE, centres[str(number)]) == pytest.approx(ends.HOLES)
+        assert apart(paper_angle(end_view.CENTRE, centres[str(number)]), way * angle) < 1e-6
+        assert math.dist(end_view.CENTRE, centres[str(number)]) == pytest.approx(end_view.HOLES)
 
 
 @pytest.mark.parametrize("rotation", ROTATIONS)
 def test_the_arrow_turns_as_the_drum_does(rotation: Any) -> None:
-    view = ends.end_view(machine(rotation=rotation), "L", Reader())
+    view = end_view.end_view(machine(rotation=rotation), "L", Reader())
     arc = next(i for i in items(view) if isinstance(i, Line) and i.cls == "pic-turning").points
-    turned = paper_angle(ends.CENTRE, arc[-1]) - paper_angle(ends.CENTRE, arc[0])
+    turned = paper_angle(end_view.CENTRE, arc[-1]) - paper_angle(end_view.CENTRE, arc[0])
     assert (turned > 0.0) == (rotation == "cw")
-    seen = ends.end_view(machine(rotation=rotation), "L", Reader(), from_other_end=True)
+    seen = end_view.end_view(machine(rotation=rotation), "L", Reader(), from_other_end=True)
     back = next(i for i in items(seen) if isinstance(i, Line) and i.cls == "pic-turning").points
-    assert (paper_angle(ends.CENTRE, back[-1]) - paper_angle(ends.CENTRE, back[0]) > 0.0) != (rotation == "cw")
+    assert (paper_angle(end_view.CENTRE, back[-1]) - paper_angle(end_view.CENTRE, back[0]) > 0.0) != (rotation == "cw")
 
 
 def test_the_other_end_is_the_mirror_image() -> None:
     drum = machine(rotation="cw")
-    here, there = (hole_centres(ends.end_view(drum, "L", Reader(), from_other_end=end)) for end in (False, True))
+    here, there = (hole_centres(end_view.end_view(drum, "L", Reader(), from_other_end=end)) for end in (False, True))
     for label, (x, y) in here.items():
-        assert there[label] == pytest.approx((2.0 * ends.CENTRE[0] - x, y))
+        assert there[label] == pytest.approx((2.0 * end_view.CENTRE[0] - x, y))
 
 
 def tips(drum: Any, phase: float) -> list[tuple[float, float]]:
@@ -117,8 +117,8 @@ def test_masses_and_phases_turn_the_same_way() -> None:
 
 
 def test_a_mass_beside_the_holes_is_drawn_at_its_angle() -> None:
-    trial = ends.Piece("L", 123.0, 200.0, "add")
-    view = ends.end_view(machine(rotation="cw"), "L", Reader(), pieces=[trial])
+    trial = end_view.Piece("L", 123.0, 200.0, "add")
+    view = end_view.end_view(machine(rotation="cw"), "L", Reader(), pieces=[trial])
     drawn = [i for i in items(view) if isinstance(i, Circle) and i.cls == "pic-add" and i.radius < 20]
-    assert apart(paper_angle(ends.CENTRE, drawn[0].centre), -123.0) < 1e-6
+    assert apart(paper_angle(end_view.CENTRE, drawn[0].centre), -123.0) < 1e-6
     assert len(hole_centres(view)) == len(HOLES) + 1

@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from db.documents.correction import Ellipse, Interval, PlaneMass, SensorVector
-from db.documents.machine import Plane
-from db.documents.plan import BlockedPosition, FrontPoint, Offer
-from db.documents.report import BeforeAfter
-from db.documents.run import MassOnRotor
-from db.documents.session import AsFoundPiece
-from service.usecases.live import SensorNow
-from service.web.pictures import bars, dials, ends, front, masses, polar, trend
-from service.web.pictures.compass import compass_of
+from service.model.correction import Ellipse, Interval, PlaneMass, SensorVector
+from service.model.machine import Plane
+from service.model.plan import BlockedPosition, FrontPoint, Offer
+from service.model.report import BeforeAfter
+from service.model.run import MassOnRotor
+from service.model.session import AsFoundPiece
+from service.usecases.sessions.live import SensorNow
+from service.web.pictures import bars, dials, end_view, front, masses, polar, trend
+from service.web.pictures.angle_axis import compass_of
 from service.web.pictures.drawing import Circle, Group, Line, Picture, Words, overlap
 from service.web.pictures.reader import Reader
 from service.web.pictures.scales import ticks
@@ -105,21 +105,21 @@ def test_units_and_language_of_the_reader_are_everywhere_and_the_picture_stays_t
         assert (other.points[1][1] - polar.CENTRE[1]) / up == pytest.approx(there)
 
 
-def pieces() -> list[ends.Piece]:
+def pieces() -> list[end_view.Piece]:
     return [
-        ends.Piece("L", 10.0, 20.0, "add"),
-        ends.Piece("L", 10.0, 50.0, "add"),
-        ends.Piece("L", 55.0, 10.0, "remove"),
-        ends.Piece("L", 55.0, 30.0, "add"),
-        ends.Piece("L", 90.0, 100.0, "keep"),
-        ends.Piece("R", 200.0, 300.0, "add"),
+        end_view.Piece("L", 10.0, 20.0, "add"),
+        end_view.Piece("L", 10.0, 50.0, "add"),
+        end_view.Piece("L", 55.0, 10.0, "remove"),
+        end_view.Piece("L", 55.0, 30.0, "add"),
+        end_view.Piece("L", 90.0, 100.0, "keep"),
+        end_view.Piece("R", 200.0, 300.0, "add"),
     ]
 
 
 def test_the_end_view_says_what_goes_where_by_shape_and_words() -> None:
-    fixed = ends.pieces_of((), [AsFoundPiece(plane="L", position_deg=200.0, mass_g=5.0, may="stay")])
+    fixed = end_view.pieces_of((), [AsFoundPiece(plane="L", position_deg=200.0, mass_g=5.0, may="stay")])
     shut = [BlockedPosition(plane="L", position_deg=333.0), BlockedPosition(plane="R", position_deg=10.0)]
-    picture = ends.end_view(machine(seen_from="gear side"), "L", Reader(), pieces=[*pieces(), *fixed], blocked=shut)
+    picture = end_view.end_view(machine(seen_from="gear side"), "L", Reader(), pieces=[*pieces(), *fixed], blocked=shut)
     said = words_of(picture)
     for word in (
         "+20\u202fg + 50\u202fg",
@@ -143,9 +143,10 @@ def test_words_beside_the_drum_do_not_run_into_each_other() -> None:
     angles = tuple(float(angle) for angle in range(0, 360, 10))
     plane = Plane(name="L", radius_mm=100.0, positions_deg=angles, max_masses=20)
     crowd = [
-        ends.Piece("L", angle, 1234.5, "add") for angle in (0.0, 10.0, 20.0, 350.0, 90.0, 100.0, 180.0, 190.0, 200.0)
+        end_view.Piece("L", angle, 1234.5, "add")
+        for angle in (0.0, 10.0, 20.0, 350.0, 90.0, 100.0, 180.0, 190.0, 200.0)
     ]
-    picture = ends.end_view(machine(planes=(plane,)), "L", Reader(), pieces=crowd)
+    picture = end_view.end_view(machine(planes=(plane,)), "L", Reader(), pieces=crowd)
     boxes = [item.box() for item in items(picture) if isinstance(item, Words) and item.cls == "pic-add-words"]
     assert len(boxes) == len(crowd)
     assert not any(overlap(a, b) for n, a in enumerate(boxes) for b in boxes[:n])
@@ -160,7 +161,7 @@ def test_words_beside_the_drum_do_not_run_into_each_other() -> None:
 @given(st.lists(st.floats(0.0, 359.0), min_size=1, max_size=360, unique_by=lambda a: round(a, 3)))
 def test_holes_do_not_touch_and_lie_on_the_drum(angles: list[float]) -> None:
     plane = Plane(name="L", radius_mm=100.0, positions_deg=tuple(angles), max_masses=1)
-    picture = ends.end_view(machine(planes=(plane,)), "L", Reader())
+    picture = end_view.end_view(machine(planes=(plane,)), "L", Reader())
     drawn = circles(picture, "pic-hole")
     assert len(drawn) == len(angles)
     assert all(0.0 < hole.radius <= 17.0 for hole in drawn)
@@ -170,7 +171,7 @@ def test_labels_on_the_drum_are_used_and_escaped() -> None:
     plane = Plane(
         name="<b>&", radius_mm=1.0, positions_deg=HOLES, hole_labels=("A<", "B&", "C", "D", "E"), max_masses=1
     )
-    picture = ends.end_view(machine(planes=(plane,), seen_from='"x" <script>'), "<b>&", Reader())
+    picture = end_view.end_view(machine(planes=(plane,), seen_from='"x" <script>'), "<b>&", Reader())
     assert {"A<", "B&", "C", "D", "E", "Plane <b>&"} <= set(words_of(picture))
     assert "<script" not in to_svg(picture)
 
@@ -294,6 +295,6 @@ def test_ticks_are_round_few_and_reach_the_value(highest: float, most: int) -> N
 def test_a_picture_is_small() -> None:
     for picture in (
         polar.polar_plot(machine(), "P", RUNS, Reader()),
-        ends.end_view(machine(), "L", Reader(), pieces=pieces()),
+        end_view.end_view(machine(), "L", Reader(), pieces=pieces()),
     ):
         assert len(to_svg(picture)) < 12_000

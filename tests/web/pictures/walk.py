@@ -11,7 +11,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, ViewportSize
 
-from tests.web.browser import LYING, UPRIGHT, Bench, Service, Tablet, browsing
+from tests.support.pages.browser import LYING, UPRIGHT, Bench, Service, Tablet, browsing
 
 TALLEST = 1400
 """Of a picture in the documents, px."""

@@ -1,0 +1,48 @@
+"""The history of changes, and what `verify` compares with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sqlalchemy import select
+
+from db.audit_chain import record_digest
+from db.queries.base import Queries
+from db.rows import AuditRow, SessionRow
+
+
+class Past(Queries):
+    """The history: who, when, what."""
+
+    def history(
+        self,
+        limit: int,
+        offset: int,
+        *,
+        session_id: str | None = None,
+        kind: str | None = None,
+        key: str | None = None,
+        actor: str | None = None,
+    ) -> Sequence[AuditRow]:
+        """Changes, newest first: of a session, of one thing, by one actor."""
+        query = select(AuditRow).order_by(AuditRow.id.desc())
+        wanted = {"session_id": session_id, "kind": kind, "key": key, "actor": actor}
+        for name, value in wanted.items():
+            if value is not None:
+                query = query.where(getattr(AuditRow, name) == value)
+        return self._page(query, limit, offset)
+
+    def chained(self, after: int, most: int) -> Sequence[AuditRow]:
+        """Entries of the chain above a number, in order."""
+        query = select(AuditRow).where(AuditRow.number > after).order_by(AuditRow.number).limit(most)
+        rows = self._session.scalars(query).all()
+        self._session.expunge_all()
+        return rows
+
+    def closed_sessions(self) -> Sequence[str]:
+        """Identifiers of all closed sessions."""
+        return self._session.scalars(select(SessionRow.id).where(SessionRow.state == "closed")).all()
+
+    def record_digest(self, session_id: str) -> str | None:
+        """Digest of all that is stored of a session, as `db.audit_chain` says; None where it is not stored."""
+        return record_digest(self._session, session_id)

@@ -1,0 +1,1 @@
+"""Balancers on a CAN bus: frames, mappings, decoding, logs."""

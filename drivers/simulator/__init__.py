@@ -1,0 +1,1 @@
+"""The simulated drum: mechanics, sensors, faults, control port."""

@@ -1,0 +1,1 @@
+"""From runs to continuous correction masses: influence coefficients, their covariance, diagnosis."""

@@ -1,0 +1,199 @@
+"""Findings about single sensors and the conditions of the runs."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from service.balancing.influence.diagnosis.findings import Circumstances, Finding
+from service.balancing.influence.fit import InfluenceFit, RunSet
+from service.balancing.rotor.labels import listed
+from service.balancing.rotor.phasors import FloatArray
+
+# Below this share of a sensor's greatest amplitude a phase means little and is not judged.
+_SMALL = 0.2
+# Standard deviation of the phase, in radians, above which it is unsteady.
+_UNSTEADY = 0.2
+_SPEED_DRIFT = 0.02
+# Share of the broadband value that 1x must have: below it, more than half the energy is not unbalance.
+_SHARE_OF_1X = 0.7
+# CSI 2140 manual, page 250: 1x horizontal to vertical within 3 : 1, a quarter turn apart within 30 degrees.
+_RATIO = 3.0
+_QUARTER_TURN = np.radians(30.0)
+
+
+def examine(runs: RunSet, fit: InfluenceFit, known: Circumstances) -> list[Finding]:
+    """Examine each sensor for silence, repetition and unsteadiness, and the runs for speed and cause."""
+    amplitude = np.abs(runs.vibration)
+    found = _dead(runs, fit, amplitude) + _unsteady(runs, amplitude)
+    if known.speed_rpm is not None:
+        found += _speed_drift(runs, known)
+    if known.overall is not None:
+        found += _not_1x(runs, known, amplitude)
+    if any(known.direction):
+        found += _directions(fit, known)
+    return found
+
+
+def _dead(runs: RunSet, fit: InfluenceFit, amplitude: FloatArray) -> list[Finding]:
+    name, found = runs.labels.sensor, []
+    first = runs.vibration[0]
+    # The same number to the last digit in every run is no measurement.
+    stuck = (np.abs(runs.vibration - first) <= 1e-9 * np.abs(first)).all(axis=0) & (len(amplitude) > 2)
+    for s in np.flatnonzero(stuck):
+        silent = first[s] == 0.0
+        found.append(
+            Finding(
+                "sensor_silent" if silent else "sensor_stuck",
+                "error",
+                f"{name(int(s))} reads {'zero' if silent else 'exactly the same'} in all {len(amplitude)} runs",
+                "Check its cable and its mounting, then measure again.",
+                sensors=(int(s),),
+            )
+        )
+    for s in np.flatnonzero(np.isnan(fit.initial)):
+        found.append(
+            Finding(
+                "sensor_incomplete",
+                "warning",
+                f"{name(int(s))} has too few readings to be used and is left out",
+                "Repeat the runs in which it gave nothing.",
+                sensors=(int(s),),
+            )
+        )
+    return found
+
+
+def _unsteady(runs: RunSet, amplitude: FloatArray) -> list[Finding]:
+    if not (runs.scatter > _UNSTEADY * amplitude).any():
+        return []
+    judged = (amplitude >= _SMALL * np.nanmax(amplitude, axis=0, initial=0.0)) & (runs.scatter > 0.0)
+    judged &= amplitude > 0.0
+    turn = np.divide(runs.scatter, amplitude, out=np.zeros_like(amplitude), where=judged)
+    # More than half of the runs: a single poor run is the business of the run's own check.
+    bad = np.flatnonzero(2 * (turn > _UNSTEADY).sum(axis=0) > np.maximum(judged.sum(axis=0), 1))
+    return [
+        Finding(
+            "phase_unsteady",
+            "warning",
+            f"the phase of {runs.labels.sensor(int(s))} wanders by {np.degrees(turn[:, s].max()):.0f} degrees",
+            "Let the machine reach steady speed and temperature, average longer, and check the mark and the pick-up; "
+            "a neighbouring machine at nearly the same speed beats.",
+            sensors=(int(s),),
+        )
+        for s in bad
+    ]
+
+
+def _speed_drift(runs: RunSet, known: Circumstances) -> list[Finding]:
+    assert known.speed_rpm is not None  # noqa: S101
+    speed = known.speed_rpm
+    slowest = speed.min(axis=0)
+    if (speed.max(axis=0) - slowest <= _SPEED_DRIFT * slowest).all():
+        return []
+    seen = np.isfinite(speed)
+    reference = known.nominal_rpm
+    if reference is None:
+        pairs = zip(speed.T, seen.T, strict=True)
+        reference = np.array([np.median(column[ok]) if ok.any() else 1.0 for column, ok in pairs])
+    share = speed / reference
+    each = np.where(seen, share, 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
+    judged = seen.any(axis=1)
+    if not judged.any():
+        return []
+    off = np.where(judged, each / np.median(each[judged]) - 1.0, 0.0)
+    bad = [int(k) for k in np.flatnonzero(np.abs(off) > _SPEED_DRIFT)]
+    if not bad:
+        return []
+    return [
+        Finding(
+            "speed_drift",
+            "warning",
+            f"the speed of {listed(runs.labels.run(k) for k in bad)} is off by {np.abs(off).max():.1%}",
+            "Repeat at the same speed: coefficients hold for one speed only, least of all near a resonance.",
+            runs=tuple(bad),
+        )
+    ]
+
+
+def _not_1x(runs: RunSet, known: Circumstances, amplitude: FloatArray) -> list[Finding]:
+    assert known.overall is not None  # noqa: S101
+    if (amplitude >= _SHARE_OF_1X * known.overall).all():
+        return []
+    # The run with the least mass on the rotor shows what is wrong with the rotor itself.
+    bare = int(np.argmin(np.abs(runs.masses).sum(axis=1)))
+    judged = (known.overall[bare] > 0.0) & np.isfinite(amplitude[bare])
+    share = np.divide(amplitude[bare], known.overall[bare], out=np.ones(len(judged)), where=judged)
+    low = [int(s) for s in np.flatnonzero(share < _SHARE_OF_1X)]
+    if 2 * len(low) <= judged.sum() or not low:
+        return []
+    return [
+        Finding(
+            "not_unbalance_1x_share",
+            "warning",
+            f"vibration at the speed of rotation is {share[low].min():.0%} of the whole at "
+            f"{listed(map(runs.labels.sensor, low))}: most of it is not unbalance",
+            "Look at harmonics, belts, bearings and looseness first; balancing can remove the 1x part only.",
+            sensors=tuple(low),
+        )
+    ]
+
+
+def _directions(fit: InfluenceFit, known: Circumstances) -> list[Finding]:
+    """Compare directions at the same bearing: horizontal with vertical, axial with radial."""
+    found = []
+    count = len(known.direction)
+    bearing = known.bearing or (None,) * count
+    for a, b in combinations(range(count), 2):
+        if bearing[a] is None or bearing[a] != bearing[b] or not np.isfinite(fit.initial[[a, b]]).all():
+            continue
+        kinds = {known.direction[a]: a, known.direction[b]: b}
+        if "horizontal" in kinds and "vertical" in kinds:
+            found += _across(fit, kinds["horizontal"], kinds["vertical"])
+        elif "axial" in kinds and len(kinds) == 2 and None not in kinds:
+            found += _along(fit, kinds["axial"], b if kinds["axial"] == a else a)
+    return found
+
+
+def _across(fit: InfluenceFit, horizontal: int, vertical: int) -> list[Finding]:
+    name = fit.labels.sensor
+    h, v = fit.initial[horizontal], fit.initial[vertical]
+    great, small = max(abs(h), abs(v)), min(abs(h), abs(v))
+    if great > _RATIO * small:
+        return [
+            Finding(
+                "not_unbalance_direction",
+                "warning",
+                f"{name(horizontal)} and {name(vertical)} differ by more than {_RATIO:g} : 1 in amplitude",
+                "Look for resonance of the support or looseness in the stronger direction.",
+                sensors=(horizontal, vertical),
+            )
+        ]
+    turn = abs(np.angle(h / v)) if small > 0.0 else 0.5 * np.pi
+    if abs(turn - 0.5 * np.pi) <= _QUARTER_TURN:
+        return []
+    return [
+        Finding(
+            "not_unbalance_phase",
+            "info",
+            f"{name(horizontal)} and {name(vertical)} are {np.degrees(turn):.0f} degrees apart; "
+            "unbalance makes 90 +- 30",
+            "Look for a bent shaft, misalignment, looseness or a resonance if balancing does not help.",
+            sensors=(horizontal, vertical),
+        )
+    ]
+
+
+def _along(fit: InfluenceFit, axial: int, radial: int) -> list[Finding]:
+    if abs(fit.initial[axial]) < abs(fit.initial[radial]):
+        return []
+    return [
+        Finding(
+            "not_unbalance_axial",
+            "warning",
+            f"{fit.labels.sensor(axial)}, axial, is not below {fit.labels.sensor(radial)}, radial",
+            "Unless the rotor is overhung, look for misalignment or a bent shaft first.",
+            sensors=(axial, radial),
+        )
+    ]

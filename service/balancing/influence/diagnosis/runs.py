@@ -1,0 +1,151 @@
+"""Runs that contradict each other or the model, and senses that are turned."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from service.balancing.influence.diagnosis.findings import Circumstances, Finding
+from service.balancing.influence.diagnosis.misfit import Misfit, improbable, misfit_of, worst_miss
+from service.balancing.influence.fit import InfluenceFit, RunSet, fit_influence
+from service.balancing.rotor.labels import listed
+from service.balancing.rotor.phasors import IntArray
+
+# Two readings of one state this many standard deviations apart contradict each other.
+_APART = 6.0
+# Without a scatter, this share of the amplitude (or as many radians) does.
+_APART_UNSTATED = 0.3
+
+_BAD_RUN = 2e-4
+# A misfit below this share of the amplitude does not spoil a correction, however significant.
+_WORTH_SAYING = 0.1
+_CHECK_MISSED = 0.15
+_CHECK_MISSED_UNSTATED = 0.6
+# The mirrored model must leave less than this share of the misfit.
+_MIRROR = 0.1
+
+
+def examine(runs: RunSet, fit: InfluenceFit, known: Circumstances) -> list[Finding]:
+    """Examine the runs against each other, against the model and against its mirror image."""
+    found = _contradictions(runs)
+    if len(runs.masses) == runs.masses.shape[1] + 1 or found:
+        return found
+    if worst_miss(runs, fit) <= _WORTH_SAYING:
+        return found  # the usual session ends here
+    misfit = misfit_of(runs, fit)
+    mirrored = _mirrored(runs, misfit)
+    return found + ([mirrored] if mirrored else _misfits(runs, misfit, known))
+
+
+@lru_cache(maxsize=16)
+def _pairs(count: int) -> tuple[IntArray, IntArray]:
+    first, second = np.triu_indices(count, 1)
+    return first, second
+
+
+def _contradictions(runs: RunSet) -> list[Finding]:
+    """Pairs of runs with the same masses and different readings."""
+    tolerance = 1e-6 * np.abs(runs.masses).max()
+    first, second = _pairs(len(runs.masses))
+    same = (np.abs(runs.masses[first] - runs.masses[second]) <= tolerance).all(axis=1)
+    if not same.any():
+        return []
+    first, second = first[same], second[same]
+    gap = np.abs(runs.vibration[first] - runs.vibration[second])
+    spread = np.sqrt(runs.scatter[first] ** 2 + runs.scatter[second] ** 2)
+    size = np.maximum(np.abs(runs.vibration[first]), np.abs(runs.vibration[second]))
+    allowed = np.where(spread > 0.0, _APART * spread, _APART_UNSTATED * size)
+    name, found = runs.labels, []
+    for pair, sensor in np.argwhere(gap > allowed):
+        a, b, s = int(first[pair]), int(second[pair]), int(sensor)
+        found.append(
+            Finding(
+                "runs_contradict",
+                "error",
+                f"{name.run(a)} and {name.run(b)} have the same masses, yet {name.sensor(s)} reads "
+                f"{gap[pair, sensor]:.3g} apart, {gap[pair, sensor] / size[pair, sensor]:.0%} of its amplitude",
+                "Repeat the run in doubt and exclude the one that does not repeat; "
+                "look for looseness, a temperature still rising, or a slipped pick-up.",
+                runs=(a, b),
+                sensors=(s,),
+            )
+        )
+    return found
+
+
+def _mirrored(runs: RunSet, misfit: Misfit) -> Finding | None:
+    """Find that mirrored masses explain the runs far better than those stated."""
+    if misfit.relative.max() < _CHECK_MISSED:
+        return None
+    if misfit.dof and not bool(improbable(np.array(misfit.total), np.array(misfit.dof), _BAD_RUN)):
+        return None
+    mirror = misfit_of(runs, fit_influence(RunSet(runs.masses.conj(), runs.vibration, runs.scatter), "leave_out"))
+    squares = float(np.nansum(np.abs(misfit.missed / misfit.size) ** 2))
+    if float(np.nansum(np.abs(mirror.missed / mirror.size) ** 2)) > _MIRROR * squares:
+        return None
+    return Finding(
+        "sense_mirrored",
+        "error",
+        f"the runs miss the model by up to {misfit.relative.max():.0%} of the amplitude, but fit it when the angles "
+        "of the masses, or the phases, are counted the other way round",
+        "Check angle_sense and phase_sense of the machine against a mass at a known hole; one of the two is turned.",
+    )
+
+
+def _misfits(runs: RunSet, misfit: Misfit, known: Circumstances) -> list[Finding]:
+    """Find the check run that missed its prediction, the one bad run, or that no single run is to blame."""
+    name = runs.labels
+    check = known.check if known.check is not None else np.zeros(len(runs.masses), dtype=bool)
+    improbably = improbable(misfit.statistic, misfit.freedom, _BAD_RUN) & (misfit.relative > _WORTH_SAYING)
+    blind = (misfit.freedom == 0) & (misfit.relative > _CHECK_MISSED_UNSTATED)
+    missed = [int(k) for k in np.flatnonzero(check & (misfit.relative > _CHECK_MISSED) & (improbably | blind))]
+    suspects = [int(k) for k in np.flatnonzero(improbably)]
+    sound = [k for k in suspects if _rest_is_sound(runs, k)]
+    if missed and (len(sound) != 1 or check[sound[0]]):
+        k = missed[-1]
+        return [
+            Finding(
+                "prediction_missed",
+                "error" if misfit.relative[k] > _CHECK_MISSED_UNSTATED else "warning",
+                f"{name.run(k)} misses what the other runs predict by {misfit.relative[k]:.0%} of the amplitude",
+                "Make sure that every piece is fitted as stated and tight. If so, look for looseness, resonance or "
+                "another cause than unbalance before adding more mass.",
+                runs=(k,),
+            )
+        ]
+    if len(sound) == 1:
+        best = sound[0]
+        return [
+            Finding(
+                "bad_run",
+                "error",
+                f"{name.run(best)} contradicts the other runs, which agree among themselves; they predict readings "
+                f"{misfit.relative[best]:.0%} of the amplitude away",
+                "Check the masses and readings typed for it, or repeat it; otherwise exclude it.",
+                runs=(best,),
+            )
+        ]
+    if not suspects:
+        return []
+    return [
+        Finding(
+            "not_linear",
+            "warning",
+            f"the runs do not follow one linear model: {listed(map(name.run, suspects))} miss it by up to "
+            f"{misfit.relative.max():.0%} of the amplitude, and no single run is to blame for sure",
+            "Repeat one of them to find a mistyped run; if all repeat, look for looseness, resonance or rubbing.",
+            runs=tuple(suspects),
+        )
+    ]
+
+
+def _rest_is_sound(runs: RunSet, k: int) -> bool:
+    """Whether the other runs fit each other once run k is left out."""
+    kept = np.arange(len(runs.masses)) != k
+    rest = RunSet(runs.masses[kept], runs.vibration[kept], runs.scatter[kept], runs.labels)
+    fit = fit_influence(rest, "leave_out")
+    if not (fit.dof > 0).any():
+        return False
+    misfit = misfit_of(rest, fit)
+    return not (improbable(misfit.statistic, misfit.freedom, _BAD_RUN) & (misfit.relative > _WORTH_SAYING)).any()

@@ -1,0 +1,1 @@
+"""The rotor and its conventions: phasors, units, reactions, tolerances, labels."""

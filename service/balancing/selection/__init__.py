@@ -1,0 +1,1 @@
+"""The discrete problem: which stock masses go into which positions."""

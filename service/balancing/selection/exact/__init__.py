@@ -1,0 +1,1 @@
+"""The exact search: the best selection and its proof, level by level."""

@@ -1,0 +1,1 @@
+"""`drumtrue bench can`: from the bus to the database."""

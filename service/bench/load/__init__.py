@@ -1,0 +1,1 @@
+"""`drumtrue bench load`: readings and plans over HTTP on both engines."""

@@ -1,0 +1,79 @@
+"""`drumtrue bench NAME`; one sub-command a measurement."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(help="Measure against named peers and limits, in one run.", no_args_is_help=True)
+
+Markdown = Annotated[bool, typer.Option("--markdown", help="Print Markdown, for the README.")]
+
+
+@app.command()
+def fit(markdown: Markdown = False) -> None:
+    """Fit, correction and diagnostics beside numpy's bare least squares."""
+    from service.bench.fit import bench_fit
+
+    raise SystemExit(0 if bench_fit(markdown=markdown) else 1)
+
+
+@app.command()
+def selection(
+    as_published: Annotated[
+        bool, typer.Option("--as-published", help="Modified Jaya as published, at its published budgets, instead.")
+    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Small problems and short budgets only.")] = False,
+    markdown: Markdown = False,
+    budget: Annotated[float, typer.Option(min=0.1, help="Seconds for each peer and problem.")] = 5.0,
+    seeds: Annotated[int, typer.Option(min=1, help="Runs of each searcher, sharing its budget.")] = 5,
+    runs: Annotated[int, typer.Option(min=1, help="Runs of each published budget.")] = 20,
+) -> None:
+    """Time to proof, quality and success rate of the selection beside named peers (the extra `bench`)."""
+    from service.bench.selection.selection import Bench, bench_selection
+
+    bench = Bench(markdown=markdown, quick=quick, budget_s=budget, seeds=seeds, runs=runs)
+    raise SystemExit(0 if bench_selection(bench, as_published=as_published) else 1)
+
+
+@app.command()
+def can(
+    markdown: Markdown = False,
+    frames: Annotated[int, typer.Option(min=1000, help="Frames of the run at full speed.")] = 200_000,
+    paced: Annotated[float, typer.Option(min=0.1, help="Seconds of the run at 8,000 frames/s.")] = 5.0,
+) -> None:
+    """From a CAN bus to the database, by the service itself and over a bridge, beside cantools' bare decode rate."""
+    from service.bench.can.can import bench_can
+
+    raise SystemExit(0 if bench_can(markdown=markdown, frames=frames, paced_s=paced) else 1)
+
+
+@app.command()
+def web(
+    markdown: Markdown = False,
+    sessions: Annotated[int, typer.Option(min=1, help="Sessions stored.")] = 1000,
+    repeats: Annotated[int, typer.Option(min=5, help="Requests of each page.")] = 60,
+) -> None:
+    """Pages as the server renders them: time, weight, and whether they ask for anything from elsewhere."""
+    from service.bench.web import bench_web
+
+    raise SystemExit(0 if bench_web(stored=sessions, repeats=repeats, markdown=markdown) else 1)
+
+
+@app.command()
+def load(
+    markdown: Markdown = False,
+    postgresql: Annotated[
+        str | None, typer.Option(help="An empty PostgreSQL (postgresql+psycopg://...); default: one started for it.")
+    ] = None,
+    rows: Annotated[int, typer.Option(min=2000, help="Readings sent in bulk.")] = 200_000,
+    singles: Annotated[int, typer.Option(min=1, help="Readings that each of 8 clients sends one by one.")] = 250,
+    plans: Annotated[int, typer.Option(min=1, help="Plans asked for.")] = 100,
+    sessions: Annotated[int, typer.Option(min=0, help="Then fill up to so many sessions and measure again.")] = 0,
+) -> None:
+    """Readings and plans over HTTP into SQLite and PostgreSQL, beside an endpoint that does nothing."""
+    from service.bench.load.load import Sizes, bench_load
+
+    sizes = Sizes(rows=rows, singles=singles, plans=plans)
+    raise SystemExit(0 if bench_load(sizes, markdown=markdown, postgresql=postgresql, sessions=sessions) else 1)

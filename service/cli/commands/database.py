@@ -1,0 +1,85 @@
+"""The commands on what is stored: migrate, verify, backup, restore, retain, export, import."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from service.cli.support.options import DatabaseUrl
+
+
+def migrate(database_url: DatabaseUrl = None) -> None:
+    """Bring the database's schema up to date, keeping the data."""
+    from service import bootstrap
+    from service.settings import Settings
+
+    before, after = bootstrap.migrate_database(Settings.from_environment(database_url=database_url))
+    print(f"schema {before or 'empty'} -> {after}" if before != after else f"schema {after}: up to date")
+
+
+def verify(
+    head: Annotated[
+        str | None, typer.Option(help="NUMBER:HASH that an earlier check printed: shows that no end was cut off.")
+    ] = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Walk the hash chain of the history; say which session or entry was altered, removed or inserted (status 1)."""
+    from service.cli.commands.verify import verify_history
+
+    raise SystemExit(verify_history(database_url, head))
+
+
+def backup(
+    file: Annotated[Path, typer.Argument(dir_okay=False, help="New file, an SQLite database whatever the engine.")],
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Write all that is stored, as of one moment, to a file; the service may go on meanwhile."""
+    from service.cli.commands.backup import back_up_to
+
+    back_up_to(file, database_url)
+
+
+def restore(
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A file that `drumtrue backup` wrote.")],
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Put a backup into an empty database, of either engine."""
+    from service.cli.commands.backup import restore_from
+
+    restore_from(file, database_url)
+
+
+def retain(
+    days: Annotated[int, typer.Option(min=1, help="Days for which raw readings are kept.")],
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Roll up older raw readings, one row a source, sensor and minute; what runs took of them stays."""
+    from service.cli.commands.backup import retain_for
+
+    retain_for(days, database_url)
+
+
+def export(
+    to: Annotated[Path, typer.Option("--to", dir_okay=False, help="New file, JSON Lines: a session log a line.")],
+    session: Annotated[list[str] | None, typer.Argument(help="Identifiers of sessions.")] = None,
+    every: Annotated[bool, typer.Option("--all", help="All sessions there are.")] = False,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Write sessions to a file that `import` stores elsewhere and, one session, `solve` solves again."""
+    from service.cli.commands.transfer import export_sessions
+
+    if every == bool(session):
+        raise typer.BadParameter("name sessions, or --all", param_hint="SESSION")
+    export_sessions(session or [], to, database_url)
+
+
+def import_(
+    file: Annotated[Path, typer.Argument(exists=True, dir_okay=False, help="A file that `drumtrue export` wrote.")],
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Store the sessions of a file, all or none; machines and boxes are found by name or created, stock stays."""
+    from service.cli.commands.transfer import import_sessions
+
+    import_sessions(file, database_url)

@@ -1,0 +1,73 @@
+"""`drumtrue export` and `import`: sessions as files, a session log on every line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from service import bootstrap
+from service.cli.support.files import counted, writing
+from service.cli.support.log_files import documents
+from service.errors import InvalidInput
+from service.model.base import write_json
+from service.model.session import SessionLog
+from service.runtime.context import Work
+from service.settings import Settings
+from service.usecases.sessions import log_import, sessions
+
+PAGE = 500
+
+
+def export_sessions(wanted: list[str], path: Path, database_url: str | None) -> None:
+    """Write logs of the sessions, of all for an empty list; until the file is whole it has another name.
+
+    Raises NotFound, Conflict where the file is there, InvalidInput where it cannot be written.
+    """
+    unfinished = path.with_name(path.name + ".unfinished")
+    work = bootstrap.build_work(Settings.from_environment(database_url=database_url), create=False)
+    count = 0
+    try:
+        with writing(path, "export"):
+            with unfinished.open("w", encoding="utf-8") as out:
+                for key in wanted or _all(work):
+                    out.write(write_json(sessions.log(work, key)) + "\n")
+                    count += 1
+            unfinished.rename(path)
+    finally:
+        unfinished.unlink(missing_ok=True)
+        work.database.close()
+    print(f"{path}: {counted(count, 'session')}")
+
+
+def import_sessions(path: Path, database_url: str | None) -> None:
+    """Store the sessions of a file, all or none; one that is here already, and the same, stays as it is.
+
+    Raises InvalidInput with the line, Conflict with the session.
+    """
+    for _ in _logs(path):
+        pass  # the whole file is read before the database is touched
+    work = bootstrap.build_work(Settings.from_environment(database_url=database_url))
+    try:
+        done = log_import.import_all(work, _logs(path))
+    finally:
+        work.database.close()
+    print(f"{path}: {counted(done.stored, 'session')} stored, {done.known} here already")
+
+
+def _all(work: Work) -> Iterator[str]:
+    """All sessions there are, oldest first; those that are opened meanwhile are left out."""
+    keys: list[str] = []
+    while page := sessions.find(work, PAGE, len(keys)):
+        keys += (one.id for one in page)
+    yield from reversed(dict.fromkeys(keys))
+
+
+def _logs(path: Path) -> Iterator[SessionLog]:
+    for number, text in documents(path):
+        try:
+            yield log_import.read_whole_log(text)
+        except InvalidInput as wrong:
+            said = f"{path}, line {number}: {wrong.message}"
+            raise InvalidInput(
+                said, code=wrong.code, field=wrong.field, value=wrong.value, advice=wrong.advice
+            ) from None

@@ -1,0 +1,1 @@
+"""What commands share: options, files, the HTTP client, tables on the terminal."""

@@ -1,0 +1,92 @@
+"""Files of session logs: one document, or one on each line as `drumtrue export` writes them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from service.cli.support.files import counted
+from service.engine.log_replay import read_log
+from service.errors import InvalidInput
+from service.model.session import SessionLog
+
+MOST_BYTES = 50_000_000
+"""Longest log of one session."""
+MOST_LISTED = 20
+
+
+def documents(path: Path) -> Iterator[tuple[int, bytes]]:
+    """Line number and text of each document: one a line, or one over many lines. Raises InvalidInput for a long one."""
+    with path.open("rb") as lines:
+        first = lines.readline(MOST_BYTES + 1)
+        if not _is_json(first):
+            yield 1, _bounded(1, path, first + lines.read(MOST_BYTES + 1 - len(first)))
+            return
+        number = 1
+        while first:
+            if first.strip():
+                yield number, _bounded(number, path, first)
+            first = lines.readline(MOST_BYTES + 1)
+            number += 1
+
+
+def one_log(path: Path, session: str | None) -> SessionLog:
+    """The log of a file that holds one, or that of a session among several; session: its identifier.
+
+    Raises InvalidInput for a file that holds none such, or several where none is named, or a log with a broken rule.
+    """
+    chosen: bytes | None = None
+    listed: list[str] = []
+    for _, text in documents(path):
+        told = _told(text)
+        listed.append(" ".join(filter(None, told)))
+        if chosen is None and session in (None, told[0]):
+            chosen = text
+    if chosen is not None and (session is not None or len(listed) == 1):
+        return read_log(chosen)
+    if not listed:
+        return read_log(b"")
+    held = f"{path} holds {counted(len(listed), 'session')}" + (
+        "" if session is None else f", none of them {session!r}"
+    )
+    more = [f"and {len(listed) - MOST_LISTED} more"] if len(listed) > MOST_LISTED else []
+    raise InvalidInput(
+        "\n  ".join([f"{held}:", *listed[:MOST_LISTED], *more]),
+        code="invalid_log",
+        field="session",
+        value=session,
+        advice="name one of them: --session ID",
+    )
+
+
+def _told(text: bytes) -> tuple[str, str, str]:
+    """What a document says of itself: identifier, machine, and when the session began; empty where it does not."""
+    try:
+        log: Any = json.loads(text)
+        machine, record = log.get("machine"), log.get("record")
+        name = machine.get("name") if isinstance(machine, dict) else None
+        begun = record.get("created_at") if isinstance(record, dict) else None
+        return str(log.get("session_id") or ""), str(name or ""), str(begun or "")
+    except (ValueError, RecursionError, AttributeError):
+        return "", "no session log", ""
+
+
+def _bounded(number: int, path: Path, text: bytes) -> bytes:
+    if len(text) > MOST_BYTES:
+        raise InvalidInput(
+            f"{path}, line {number}: longer than {MOST_BYTES} bytes",
+            code="invalid_log",
+            field="FILE",
+            advice="give a file that `drumtrue export` wrote: a session log a line",
+        )
+    return text
+
+
+def _is_json(text: bytes) -> bool:
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return True

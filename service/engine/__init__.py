@@ -1,0 +1,1 @@
+"""The kernel on documents, without storage: runs -> correction -> plan."""

@@ -1,0 +1,349 @@
+"""From documents to corrections, without storage: what the service, `drumtrue solve` and the replay of logs share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from service.balancing.influence.analysis import diagnose
+from service.balancing.influence.corrections import Correction as Answer
+from service.balancing.influence.corrections import Wishes, least_squares, minimax
+from service.balancing.influence.diagnosis.findings import Circumstances
+from service.balancing.influence.diagnosis.planes import significance
+from service.balancing.influence.fit import predict
+from service.balancing.influence.static_couple import decoupled, static_couple_modes
+from service.balancing.influence.uncertainty import placement_covariance, predict_fitted, resampled_covariance
+from service.balancing.rotor.phasors import ComplexArray, FloatArray, polar, to_radians
+from service.engine import balance_quality, mapping
+from service.engine.influence_fits import Fitted, fit_runs, fit_saved, fit_without_phase
+from service.engine.mapping import Channel
+from service.engine.validation import check_masses, plane_index, require_unique
+from service.errors import InvalidInput, NumericsError
+from service.model.correction import Correction, CorrectionRequest, FitQuality, PlaneMass, SensorVector
+from service.model.diagnostic import Diagnostic
+from service.model.influence import SavedInfluence
+from service.model.machine import Machine
+from service.model.plan import Placement
+from service.model.run import MassOnRotor, Run, RunOut
+
+_OF_A_FIT = ("method", "damping", "max_mass_g", "planes", "mounted_later")
+_OF_A_BALANCER = ("masses", "answer_id")
+_FOREIGN = {
+    "fit": (*_OF_A_BALANCER, "influence_of"),
+    "balancer": (*_OF_A_FIT, "earlier_sessions", "influence_of"),
+    "saved_influence": (*_OF_A_BALANCER, "earlier_sessions"),
+    "amplitude_only": (*_OF_A_BALANCER, "earlier_sessions", "influence_of"),
+}
+NO_RESPONSE = 1e-10
+"""Part of the vibration below which a change is rounding of the numbers sent."""
+_RESAMPLING_SEED = 20260102
+"""Of the draws behind intervals that have no closed form: the same runs give the same intervals."""
+
+
+def solve_correction(
+    machine: Machine,
+    runs: Sequence[Run],
+    run_out: Sequence[RunOut],
+    request: CorrectionRequest,
+    *,
+    number: int,
+    key: str,
+    saved: SavedInfluence | None = None,
+    earlier: tuple[tuple[Run, ...], ...] = (),
+) -> Correction:
+    """Continuous correction masses of a session; `runs` are those that are not excluded, in order.
+
+    saved: coefficients for source saved_influence. earlier: runs of the earlier sessions asked for. Raises InvalidInput
+    or NumericsError where the request or the runs do not allow an answer.
+    """
+    check_fields(request)
+    if request.source == "balancer":
+        return _balancer(machine, runs, request, number, key)
+    used = tuple(run.number for run in runs)
+    if request.source == "saved_influence":
+        if saved is None:
+            raise InvalidInput(
+                "no influence coefficients are saved for this machine",
+                code="no_influence",
+                field="source",
+                value=request.source,
+                advice="take trial runs, ask for source fit, then save what they teach (POST /machines/{id}/influence)",
+            )
+        fitted, last = fit_saved(machine, runs, run_out, saved)
+        used = (last,)
+    elif request.source == "amplitude_only":
+        fitted = fit_without_phase(machine, runs)
+    else:
+        fitted = fit_runs(machine, runs, run_out, earlier)
+    return _answered(machine, runs, request, fitted, number, key, used, saved, earlier)
+
+
+def _answered(
+    machine: Machine,
+    runs: Sequence[Run],
+    request: CorrectionRequest,
+    fitted: Fitted,
+    number: int,
+    key: str,
+    used: tuple[int, ...],
+    saved: SavedInfluence | None,
+    earlier: tuple[tuple[Run, ...], ...],
+) -> Correction:
+    if request.source == "fit" and not any(earlier):
+        _require_response(fitted)
+    asked = wishes(machine, runs, fitted.rows, request)
+    answer = _solve(machine, fitted, request, asked)
+    fit, dof = fitted.fit, int(fitted.fit.scatter_dof.min())
+    as_found = predict(fit, np.zeros(len(machine.planes), dtype=complex))
+    present = _present(machine, runs)
+    return Correction(
+        id=key,
+        number=number,
+        request=request,
+        runs=used,
+        influence=mapping.coefficients(machine, fitted.rows, fit),
+        initial=mapping.sensor_vectors(machine, fitted.rows, as_found),
+        corrections=mapping.plane_masses(machine, answer.masses, answer.covariance, dof),
+        trim=mapping.plane_masses(machine, answer.masses - present),
+        predicted=mapping.sensor_vectors(machine, fitted.rows, answer.predicted),
+        quality=_quality(fitted, answer),
+        static_couple=balance_quality.static_couple_of(machine, answer.masses),
+        tolerance=balance_quality.tolerance_of(machine, answer.masses - present, answer.covariance, dof),
+        tolerance_missing=balance_quality.tolerance_missing(machine),
+        alternatives=_alternatives(machine, fitted, request, asked),
+        saved_influence=saved if request.source == "saved_influence" else None,
+        earlier_runs=earlier,
+        diagnostics=_diagnostics(machine, runs, fitted, request, asked, answer),
+    )
+
+
+def wishes(machine: Machine, runs: Sequence[Run], rows: Sequence[Channel], request: CorrectionRequest) -> Wishes:
+    """What the correction must respect, in arrays. Raises InvalidInput for an unknown plane."""
+    planes: tuple[int, ...] | None = None
+    if request.planes is not None:
+        require_unique("planes", request.planes, "name each plane once")
+        planes = tuple(plane_index(machine, name, f"planes[{i}]") for i, name in enumerate(request.planes))
+    later = request.mounted_later
+    if later is not None:
+        check_masses(machine, later, "mounted_later")
+    weighted = request.method in ("weighted", "minimax")
+    return Wishes(
+        weights=1.0 / mapping.limits(machine, rows) if weighted else None,
+        max_mass=None if request.max_mass_g is None else np.full(len(machine.planes), request.max_mass_g),
+        planes=planes,
+        held=mapping.mass_vectors(machine, runs[-1].masses) if planes else None,
+        mounted_later=None if later is None else mapping.mass_vectors(machine, later, "mounted_later"),
+        damping=request.damping or 0.0,
+    )
+
+
+def circumstances(runs: Sequence[Run], rows: Sequence[Channel]) -> Circumstances:
+    """What else the runs tell, in arrays: speeds, broadband values, what a run was for."""
+    speed, overall = mapping.speeds(runs, rows), mapping.overalls(runs, rows)
+    return Circumstances(
+        speed_rpm=speed if np.isfinite(speed).any() else None,
+        nominal_rpm=np.array([row.speed_rpm for row in rows]),
+        overall=overall if np.isfinite(overall).any() else None,
+        check=np.array([run.kind == "check" for run in runs]),
+        direction=tuple(row.sensor.direction if row.sensor.direction != "radial" else None for row in rows),
+        bearing=tuple(row.sensor.bearing for row in rows),
+    )
+
+
+def examined(machine: Machine, runs: Sequence[Run], fitted: Fitted) -> tuple[Diagnostic, ...]:
+    """What the runs of a fit say of themselves, worst first."""
+    found = diagnose(fitted.runs, fitted.fit, None, None, circumstances(runs, fitted.rows))
+    return mapping.diagnostics(machine, runs, fitted.rows, found)
+
+
+def correction_vectors(machine: Machine, correction: Correction) -> ComplexArray:
+    """Total masses (P,) complex g of a correction."""
+    return mapping.mass_vectors(
+        machine,
+        [MassOnRotor(plane=c.plane, mass_g=c.mass_g, angle_deg=c.angle_deg) for c in correction.corrections],
+    )
+
+
+def predicted_with(
+    machine: Machine,
+    fitted: Fitted | None,
+    masses: ComplexArray,
+    pieces: Sequence[Placement] = (),
+    angle_sd_deg: float = 0.0,
+    mass_sd_g: float = 0.0,
+) -> tuple[SensorVector, ...]:
+    """Vibration to expect with masses (P,) complex g on the as-found rotor; empty without a fit.
+
+    pieces: how they are made up, placed with these standard deviations of angle and mass each.
+    """
+    if fitted is None:
+        return ()
+    spread = _placement_spread(machine, pieces, angle_sd_deg, mass_sd_g)
+    return mapping.sensor_vectors(machine, fitted.rows, predict_fitted(fitted.fit, masses, spread))
+
+
+def _require_response(fitted: Fitted) -> None:
+    """Raise NumericsError where no mass of the runs moved any sensor by more than rounding."""
+    used = np.isfinite(fitted.fit.initial)
+    moved = np.abs(fitted.fit.influence[used]) @ np.abs(fitted.runs.masses).max(axis=0)
+    if (moved <= NO_RESPONSE * np.nan_to_num(np.abs(fitted.runs.vibration[:, used])).max(axis=0)).all():
+        raise NumericsError(
+            "the masses of the runs moved no sensor at all",
+            code="planes_dependent",
+            field="runs",
+            value=float(moved.max(initial=0.0)),
+            advice="check that the sensors are alive and that the trial masses were on the rotor, then measure again",
+        )
+
+
+def _solve(machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: Wishes) -> Answer:
+    if request.method == "static_couple":
+        return _static_couple(machine, fitted)
+    solve = minimax if request.method == "minimax" else least_squares
+    answer = solve(fitted.fit, None, asked)
+    if np.isfinite(answer.covariance).all() or request.source == "amplitude_only":
+        return answer
+    # Minimax, and a limit that binds, have no derivative to carry the scatter through: resample instead.
+    spread = resampled_covariance(
+        fitted.fit, lambda fit: solve(fit, None, asked).masses, np.random.default_rng(_RESAMPLING_SEED)
+    )
+    return Answer(answer.masses, answer.predicted, spread, answer.objective, answer.lower_bound)
+
+
+def _static_couple(machine: Machine, fitted: Fitted) -> Answer:
+    """Static and couple part corrected by themselves. Raises InvalidInput but for two planes and two sensors."""
+    places = mapping.plane_places(machine)
+    used = np.flatnonzero(np.isfinite(fitted.fit.initial))
+    if places is None or len(places) != 2 or len(used) != 2:
+        raise InvalidInput(
+            "static_couple needs two planes at known places and one sensor at each end",
+            field="method",
+            value="static_couple",
+            advice="state axial_mm of both planes, or ask for least_squares",
+        )
+    modes = static_couple_modes(np.array([plane.radius_mm for plane in machine.planes]), places)
+    masses = decoupled(fitted.fit.influence[used], fitted.fit.initial[used], modes)
+    predicted = predict(fitted.fit, masses)
+    size = float(np.sqrt((np.abs(predicted.vibration[used]) ** 2).sum()))
+    return Answer(masses, predicted, np.full((4, 4), np.nan), size, least_squares(fitted.fit).objective)
+
+
+def _diagnostics(
+    machine: Machine,
+    runs: Sequence[Run],
+    fitted: Fitted,
+    request: CorrectionRequest,
+    asked: Wishes,
+    answer: Answer,
+) -> tuple[Diagnostic, ...]:
+    if request.source == "fit":
+        found = diagnose(fitted.runs, fitted.fit, answer, asked, circumstances(runs, fitted.rows))
+        return mapping.diagnostics(machine, runs, fitted.rows, found)
+    if fitted.amplitudes is None or fitted.amplitudes.resolving_run is None:
+        return ()
+    names = [plane.name for plane in machine.planes]
+    extra = [
+        f"{mass:.3g} g at {angle:.0f} deg in {name}"
+        for name, vector in zip(names, fitted.amplitudes.resolving_run, strict=True)
+        for mass, angle in [polar(complex(vector), machine.angle_sense)]
+        if mass > 0.0
+    ]
+    return (
+        Diagnostic(
+            code="ambiguous_without_phase",
+            severity="warning",
+            message=f"{len(fitted.amplitudes.models)} corrections explain the amplitudes equally well",
+            advice=f"Take one more run with {' and '.join(extra)}, and nothing else changed: it tells them apart.",
+        ),
+    )
+
+
+def _alternatives(
+    machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: Wishes
+) -> tuple[tuple[PlaneMass, ...], ...]:
+    """Corrections of the other models that explain amplitudes without phase."""
+    if fitted.amplitudes is None:
+        return ()
+    others = [Fitted(fitted.rows, model, fitted.runs) for model in fitted.amplitudes.models[1:]]
+    return tuple(mapping.plane_masses(machine, _solve(machine, other, request, asked).masses) for other in others)
+
+
+def _balancer(machine: Machine, runs: Sequence[Run], request: CorrectionRequest, number: int, key: str) -> Correction:
+    if request.masses is None:
+        raise InvalidInput(
+            "a balancer's answer has masses",
+            field="masses",
+            value=None,
+            advice="state masses:[{plane, mass_g, angle_deg}], one a plane, or the answer_id of a stored answer",
+        )
+    check_masses(machine, request.masses)
+    named = [mass.plane for mass in request.masses]
+    if len(set(named)) != len(named):
+        raise InvalidInput(
+            "a plane appears twice in the balancer's answer",
+            field="masses",
+            value=named,
+            advice="state one continuous mass for each plane",
+        )
+    vectors = mapping.mass_vectors(machine, request.masses)
+    return Correction(
+        id=key,
+        number=number,
+        request=request,
+        runs=(),
+        influence=(),
+        initial=(),
+        corrections=mapping.plane_masses(machine, vectors),
+        trim=mapping.plane_masses(machine, vectors - _present(machine, runs)),
+        predicted=(),
+        quality=None,
+        static_couple=balance_quality.static_couple_of(machine, vectors),
+        tolerance=None,
+        alternatives=(),
+        saved_influence=None,
+        earlier_runs=(),
+        diagnostics=(),
+    )
+
+
+def check_fields(request: CorrectionRequest) -> None:
+    """Refuse fields that belong to another source than the one asked for."""
+    for name in _FOREIGN[request.source]:
+        if getattr(request, name) is not None:
+            raise InvalidInput(
+                f"{name} does not go with source {request.source!r}",
+                field=name,
+                value=name,
+                advice=f"leave {name} out, or ask for the source that it belongs to",
+            )
+
+
+def _quality(fitted: Fitted, answer: Answer) -> FitQuality:
+    used = np.isfinite(fitted.fit.initial)
+    return FitQuality(
+        condition=mapping.known(fitted.fit.condition),
+        significance=tuple(float(share) for share in significance(fitted.fit.influence[used])),
+        degrees_of_freedom=tuple(int(dof) for dof in fitted.fit.dof[used]),
+        objective_value=answer.objective,
+        lower_bound=answer.lower_bound,
+    )
+
+
+def _present(machine: Machine, runs: Sequence[Run]) -> ComplexArray:
+    """Masses (P,) complex g on the rotor in the latest run."""
+    if not runs:
+        return np.zeros(len(machine.planes), dtype=complex)
+    return mapping.mass_vectors(machine, runs[-1].masses)
+
+
+def _placement_spread(
+    machine: Machine, pieces: Sequence[Placement], angle_sd_deg: float, mass_sd_g: float
+) -> FloatArray:
+    count = len(machine.planes)
+    masses = mapping.as_masses(pieces)
+    vectors = np.array([m.mass_g * np.exp(1j * to_radians(m.angle_deg, machine.angle_sense)) for m in masses])
+    planes = np.array([plane_index(machine, m.plane, "plane") for m in masses], dtype=np.int64)
+    if not masses:
+        return np.zeros((2 * count, 2 * count))
+    return placement_covariance(vectors, planes, count, mass_sd_g, np.radians(angle_sd_deg))

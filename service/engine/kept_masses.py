@@ -1,0 +1,74 @@
+"""Masses that stay on the rotor, and the limits they may break by themselves."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+
+import numpy as np
+
+from service.balancing.influence.trial_mass import centrifugal_force
+from service.balancing.selection.problem import SelectionResult
+from service.engine import mapping
+from service.engine.selection_problem import Posed
+from service.engine.validation import hole_label, plane_index, position_index
+
+
+def broken_limits(posed: Posed) -> SelectionResult | None:
+    """The infeasible result of a plan whose kept masses break a limit already; None where they keep all of them."""
+    if posed.request.base != "present":
+        return None
+    reasons = [*_of_planes(posed), *_of_positions(posed)]
+    if not reasons:
+        return None
+    planes, rows = len(posed.ground.machine.planes), len(posed.problem.objective.offset)
+    return SelectionResult(
+        status="infeasible",
+        message="the masses that are to stay break a limit already",
+        pieces=None,
+        value=float("inf"),
+        lower_bound=float("inf"),
+        vectors=np.zeros(planes, dtype=complex),
+        residual=np.full(rows, complex(np.nan, np.nan)),
+        evaluations=0,
+        reason=f"{'; '.join(reasons)}: raise the limit, or plan with base as_found so that they may come off",
+    )
+
+
+def _of_planes(posed: Posed) -> list[str]:
+    kept = posed.ground.inputs.present
+    out = []
+    for plane in posed.ground.machine.planes:
+        masses = [m.mass_g for m in mapping.as_masses([p for p in kept if p.plane == plane.name])]
+        most = min(plane.max_masses, posed.request.max_masses_per_plane or plane.max_masses)
+        if len(masses) > most:
+            out.append(f"plane {plane.name} carries {len(masses)} masses, the limit is {most}")
+        if plane.max_total_mass_g is not None and sum(masses) > plane.max_total_mass_g:
+            out.append(f"plane {plane.name} carries {sum(masses):g} g, the limit is {plane.max_total_mass_g:g} g")
+    return out
+
+
+def _of_positions(posed: Posed) -> list[str]:
+    machine = posed.ground.machine
+    blocked = {
+        (p := plane_index(machine, b.plane, "blocked"), position_index(machine.planes[p], b.position_deg, "blocked"))
+        for b in posed.request.blocked
+    }
+    pieces: Counter[tuple[int, int]] = Counter()
+    grams: defaultdict[tuple[int, int], float] = defaultdict(float)
+    for mass in mapping.as_masses(posed.ground.inputs.present):
+        p = plane_index(machine, mass.plane, "plane")
+        hole = (p, position_index(machine.planes[p], mass.angle_deg, "position_deg"))
+        pieces[hole] += 1
+        grams[hole] += mass.mass_g
+    out = []
+    for (p, position), count in sorted(pieces.items()):
+        plane = machine.planes[p]
+        name = f"hole {hole_label(plane, position)} of plane {plane.name}"
+        if (p, position) in blocked:
+            out.append(f"{name} is blocked and carries a mass")
+        if count > plane.masses_per_position:
+            out.append(f"{name} carries {count} masses, the limit is {plane.masses_per_position}")
+        force = centrifugal_force(grams[p, position], plane.radius_mm, machine.service_speed_rpm)
+        if plane.max_force_n is not None and force > plane.max_force_n * (1.0 + 1e-9):
+            out.append(f"{name} is pulled with {force:.0f} N, the limit is {plane.max_force_n:g} N")
+    return out

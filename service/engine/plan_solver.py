@@ -1,0 +1,238 @@
+"""The discrete choice: from a correction and a box of stock masses to a plan, without storage."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from datetime import datetime
+
+import numpy as np
+
+from service.balancing.rotor.phasors import ComplexArray
+from service.balancing.rotor.reactions import bearing_reactions
+from service.balancing.rotor.units import angular_speed
+from service.balancing.selection.mounted_pieces import placement_uncertainty
+from service.balancing.selection.objectives import evaluate
+from service.balancing.selection.problem import SelectionResult
+from service.engine import mapping
+from service.engine.correction_solver import predicted_with
+from service.engine.kept_masses import broken_limits
+from service.engine.plan_methods import Part, Solved, run_method
+from service.engine.selection_problem import Ground, Posed, as_found_placement, in_order, on_now, pose
+from service.engine.validation import plane_index, position_index
+from service.errors import Conflict, InvalidInput
+from service.model.correction import SensorVector
+from service.model.machine import Machine
+from service.model.plan import BearingForces, Change, MethodResult, Offer, Placement, Plan, PlanRequest
+
+UNIT = {"components": "g.mm", "residual_vibration": "1", "bearing_force": "1"}
+
+
+def solve_plan(
+    ground: Ground,
+    request: PlanRequest,
+    *,
+    number: int,
+    key: str,
+    session_id: str,
+    at: datetime,
+    monotonic: Callable[[], float],
+) -> Plan:
+    """Choose stock masses and positions. An infeasible problem is an answer; a request that cannot be meant raises.
+
+    Deterministic but for `seconds`, as long as the time limit is not reached.
+    """
+    posed = pose(ground, request)
+    solved = solve(posed, monotonic)
+    result = solved.result
+    offer = offer_of(posed, result)
+    chosen = result.pieces is not None
+    return Plan(
+        id=key,
+        number=number,
+        session_id=session_id,
+        correction_id=ground.correction.id,
+        request=request,
+        inputs=ground.inputs,
+        **vars(offer),
+        changes=changes(ground, offer.placements, offer.taken_off) if chosen else (),
+        objective_unit=UNIT[request.objective],
+        objective_scatter=posed.uncertainty or None,
+        predicted=_predicted(posed, result.vectors, offer.placements) if chosen else (),
+        bearing_forces_n=forces(ground.machine, posed.target, result.vectors) if chosen else None,
+        placement_spread=_placement_spread(posed, result),
+        per_method=_per_method(solved),
+        alternatives=_distinct(offer, [offer_of(posed, other) for other in solved.others]),
+        evaluations=sum(part.result.evaluations for part in solved.parts),
+        seconds=solved.seconds,
+        seed=request.seed,
+        created_at=at,
+    )
+
+
+def solve(posed: Posed, monotonic: Callable[[], float]) -> Solved:
+    """Run the plan's solvers, unless the masses that are to stay break a limit by themselves."""
+    broken = broken_limits(posed)
+    if broken is not None:
+        return Solved([Part(posed.request.method, broken, 0.0)])
+    now = _objective_now(posed) if posed.request.mode == "combine" else None
+    return run_method(posed.problem, posed.request, posed.uncertainty, monotonic, now)
+
+
+def _objective_now(posed: Posed) -> float:
+    """What the masses that are fitted come to, by the catalogue. Raises Conflict or InvalidInput where there are none.
+
+    Weighed masses are left out of it: the same pieces in the same holes must always do as well as themselves.
+    """
+    inputs = posed.ground.inputs
+    if not inputs.present:
+        raise Conflict(
+            "there are no fitted masses to combine",
+            code="nothing_fitted",
+            field="mode",
+            value="combine",
+            advice="fit a plan first, or ask for mode fewest with a limit",
+        )
+    if posed.request.base == "present":
+        raise InvalidInput(
+            "masses that stay on the rotor cannot be combined",
+            field="base",
+            value="present",
+            advice="leave base out: with as_found all fitted masses may come off",
+        )
+    by_catalogue = [replace(piece, weighed_g=None) for piece in inputs.present]
+    machine = posed.ground.machine
+    vectors = mapping.placement_vectors(machine, by_catalogue)
+    vectors -= mapping.placement_vectors(machine, inputs.present_off)
+    return float(evaluate(posed.objective, vectors))
+
+
+def offer_of(posed: Posed, result: SelectionResult) -> Offer:
+    """A result as placements with what is proved of them."""
+    placements, off = posed.placements(result.pieces) if result.pieces is not None else ((), ())
+    slack_proved = result.details.get("slack_proved")
+    return Offer(
+        status=result.status,
+        message=_counting(posed, result.message),
+        reason=result.reason,
+        placements=placements,
+        taken_off=off,
+        objective_value=mapping.known(result.value) if result.pieces is not None else None,
+        lower_bound=_proved(result, result.lower_bound),
+        gap=_proved(result, result.gap),
+        slack_proved=None if slack_proved is None else bool(slack_proved),
+    )
+
+
+def _counting(posed: Posed, message: str) -> str:
+    """A message of mode fewest counts the pieces that are chosen: say which are not among them."""
+    kept = len(posed.ground.inputs.present) if posed.request.base == "present" else 0
+    if posed.request.mode == "best" or not kept:
+        return message
+    if kept == 1:
+        return f"{message} (pieces besides the 1 that stays)"
+    return f"{message} (pieces besides the {kept} that stay)"
+
+
+def _distinct(first: Offer, others: Sequence[Offer]) -> tuple[Offer, ...]:
+    """Without those that come to the same rotor: which of two like pieces sits in a hole makes no selection."""
+    seen = {(first.placements, first.taken_off)}
+    out = []
+    for offer in others:
+        if (offer.placements, offer.taken_off) not in seen:
+            seen.add((offer.placements, offer.taken_off))
+            out.append(offer)
+    return tuple(out)
+
+
+def refitted(ground: Ground, plan: Plan, actual: tuple[Placement, ...]) -> Plan:
+    """The plan with predictions for what was really fitted."""
+    machine, posed = ground.machine, pose(ground, plan.request)
+    vectors = mapping.placement_vectors(machine, actual) - mapping.placement_vectors(machine, plan.taken_off)
+    return replace(
+        plan,
+        fitted=actual,
+        predicted=_predicted(posed, vectors, actual),
+        bearing_forces_n=forces(machine, posed.target, vectors),
+    )
+
+
+def changes(ground: Ground, wanted: Sequence[Placement], off: Sequence[Placement]) -> tuple[Change, ...]:
+    """What to remove, keep and add to get from the rotor as it is to the one wanted; pieces of one kind are alike."""
+    machine = ground.machine
+    movable = [as_found_placement(machine, piece) for piece in on_now(ground) if piece.may != "stay"]
+    left = [*ground.inputs.present, *movable]
+    staying = [as_found_placement(machine, piece) for piece in ground.as_found if piece.may != "stay"]
+    for piece in off:
+        if piece in staying:
+            staying.remove(piece)
+    kept, added = [], []
+    for piece in in_order(machine, (*wanted, *staying)):
+        match = next((p for p in left if _same_piece(machine, p, piece)), None)
+        if match is None:
+            added.append(Change(action="add", placement=piece))
+        else:
+            left.remove(match)
+            kept.append(Change(action="keep", placement=match))
+    removed = [Change(action="remove", placement=piece) for piece in left]
+    return tuple(removed + kept + added)
+
+
+def forces(machine: Machine, target: ComplexArray, vectors: ComplexArray) -> BearingForces | None:
+    """Reactions at service speed before and after, the as-found unbalance taken as -t; None without the geometry."""
+    bearings, places = mapping.bearing_places(machine), mapping.plane_places(machine)
+    if bearings is None or places is None:
+        return None
+    names, at = bearings
+    radius = np.array([plane.radius_mm for plane in machine.planes])
+    omega = angular_speed(machine.service_speed_rpm)
+    before = np.abs(bearing_reactions(-target * radius, places, at, omega))
+    after = np.abs(bearing_reactions((vectors - target) * radius, places, at, omega))
+    return BearingForces(bearings=names, before=tuple(before.tolist()), after=tuple(after.tolist()))
+
+
+def _predicted(posed: Posed, vectors: ComplexArray, pieces: Sequence[Placement]) -> tuple[SensorVector, ...]:
+    request = posed.request
+    return predicted_with(
+        posed.ground.machine,
+        posed.fitted,
+        vectors,
+        pieces,
+        request.angle_tolerance_deg or 0.0,
+        request.mass_tolerance_g or 0.0,
+    )
+
+
+def _placement_spread(posed: Posed, result: SelectionResult) -> float | None:
+    tolerance = posed.request.angle_tolerance_deg
+    if tolerance is None or result.pieces is None:
+        return None
+    return placement_uncertainty(posed.problem, result.pieces, math.radians(tolerance))
+
+
+def _same_piece(machine: Machine, one: Placement, other: Placement) -> bool:
+    if (one.plane, one.mass_g, one.fastener_g) != (other.plane, other.mass_g, other.fastener_g):
+        return False
+    plane = machine.planes[plane_index(machine, one.plane, "plane")]
+    places = [position_index(plane, piece.position_deg, "position_deg") for piece in (one, other)]
+    return places[0] == places[1]
+
+
+def _per_method(solved: Solved) -> tuple[MethodResult, ...]:
+    return tuple(
+        MethodResult(
+            method=part.method,
+            status=part.result.status,
+            objective_value=mapping.known(part.result.value) if part.result.pieces is not None else None,
+            lower_bound=_proved(part.result, part.result.lower_bound),
+            evaluations=part.result.evaluations,
+            seconds=part.seconds,
+        )
+        for part in solved.parts
+    )
+
+
+def _proved(result: SelectionResult, value: float) -> float | None:
+    """A bound or gap, where the method proved one."""
+    return None if result.pieces is None or result.status == "heuristic" else mapping.known(value)

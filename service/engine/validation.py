@@ -1,0 +1,168 @@
+"""Rules that go beyond the type of a field: names that must exist, angles that must be positions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import get_args
+
+from service.balancing.rotor.phasors import normal_degrees
+from service.balancing.rotor.units import Scale, is_unit_of
+from service.errors import InvalidInput, NumericsError
+from service.model.machine import Catalogue, CatalogueItem, Machine, Plane, Sensor, Unit
+from service.model.run import MassOnRotor
+from service.model.session import AsFoundPiece
+
+OVER_SPEED = 1.02
+"""Measured over service speed at most: the reading of a tachometer, not a licence to run faster."""
+POSITION_TOLERANCE_DEG = 1e-6
+"""How far a stated angle may lie from a position and still name it: the rounding of a decimal, no more."""
+
+
+def normalised(machine: Machine) -> Machine:
+    """The machine with its positions in 0 <= angle < 360, once all its rules hold. Raises InvalidInput."""
+    for field in ("planes", "sensors", "bearings"):
+        require_unique(field, [part.name for part in getattr(machine, field)])
+    for index, sensor in enumerate(machine.sensors):
+        _check_sensor(machine, f"sensors[{index}]", sensor)
+    places = [bearing.axial_mm for bearing in machine.bearings]
+    if len(set(places)) != len(places):
+        raise InvalidInput(
+            f"two bearings stand at the same place {places} mm",
+            field="bearings",
+            value=places,
+            advice="measure the axial positions from the mass centre again",
+        )
+    planes = tuple(_checked_plane(f"planes[{index}]", plane) for index, plane in enumerate(machine.planes))
+    return replace(machine, planes=planes)
+
+
+def highest_speed(machine: Machine) -> float:
+    """The speed, r/min, above which the machine is run too fast."""
+    return OVER_SPEED * machine.service_speed_rpm
+
+
+def check_catalogue(catalogue: Catalogue) -> None:
+    """A mass appears once in a box. Raises InvalidInput."""
+    require_unique("items", [item.mass_g for item in catalogue.items], "give each mass one line and add up the counts")
+
+
+def plane_index(machine: Machine, name: str, field: str) -> int:
+    """Index of a plane. Raises InvalidInput."""
+    return _index([plane.name for plane in machine.planes], name, field, "correction plane")
+
+
+def sensor_index(machine: Machine, name: str, field: str) -> int:
+    """Index of a sensor. Raises InvalidInput."""
+    return _index([sensor.name for sensor in machine.sensors], name, field, "sensor")
+
+
+def position_index(plane: Plane, angle_deg: float, field: str) -> int:
+    """Index of the position at this angle. Raises InvalidInput."""
+    wanted = normal_degrees(angle_deg)
+    for index, position in enumerate(plane.positions_deg):
+        away = abs(position - wanted)
+        if min(away, 360.0 - away) <= POSITION_TOLERANCE_DEG:
+            return index
+    raise InvalidInput(
+        f"{angle_deg:g} deg is no position of plane {plane.name!r}",
+        field=field,
+        value=angle_deg,
+        advice=f"its positions are {', '.join(f'{p:g}' for p in plane.positions_deg)} deg",
+    )
+
+
+def hole_label(plane: Plane, position: int) -> str:
+    """What the technician finds beside a position: its label, else its number in the order of the positions."""
+    return plane.hole_labels[position] if plane.hole_labels else str(position + 1)
+
+
+def check_masses(machine: Machine, masses: Iterable[MassOnRotor], field: str = "masses") -> None:
+    """Every mass is in a plane of the machine and is a mass. Raises InvalidInput."""
+    for index, mass in enumerate(masses):
+        plane_index(machine, mass.plane, f"{field}[{index}].plane")
+        if mass.mass_g == 0.0:
+            raise InvalidInput(
+                "a mass of 0 g is no mass",
+                field=f"{field}[{index}].mass_g",
+                value=0.0,
+                advice="leave the line out, or state what was fitted",
+            )
+
+
+def check_as_found(machine: Machine, pieces: Iterable[AsFoundPiece]) -> None:
+    """Every piece on the as-found rotor sits in a position of the machine. Raises InvalidInput."""
+    for index, piece in enumerate(pieces):
+        plane = machine.planes[plane_index(machine, piece.plane, f"on_rotor[{index}].plane")]
+        position_index(plane, piece.position_deg, f"on_rotor[{index}].position_deg")
+
+
+def _check_sensor(machine: Machine, field: str, sensor: Sensor) -> None:
+    try:
+        Scale(sensor.quantity, sensor.unit, sensor.detection)
+    except NumericsError as wrong:
+        advice = wrong.advice
+        if wrong.field == "unit":
+            fitting = [unit for unit in get_args(Unit) if is_unit_of(sensor.quantity, unit)]
+            advice = f"use one of: {', '.join(fitting)}"
+        raise InvalidInput(wrong.message, field=f"{field}.{wrong.field}", value=wrong.value, advice=advice) from None
+    if sensor.bearing is not None:
+        _index([bearing.name for bearing in machine.bearings], sensor.bearing, f"{field}.bearing", "bearing")
+
+
+def _checked_plane(field: str, plane: Plane) -> Plane:
+    positions = tuple(normal_degrees(angle) for angle in plane.positions_deg)
+    require_unique(
+        f"{field}.positions_deg", [round(angle, 6) % 360.0 for angle in positions], "each position is listed once"
+    )
+    if plane.hole_labels is not None:
+        require_unique(f"{field}.hole_labels", plane.hole_labels)
+        if len(plane.hole_labels) != len(positions):
+            raise InvalidInput(
+                f"{len(plane.hole_labels)} hole labels for {len(positions)} positions",
+                field=f"{field}.hole_labels",
+                value=len(plane.hole_labels),
+                advice="give one label for each position, in the same order",
+            )
+    room = len(positions) * plane.masses_per_position
+    if plane.max_masses > room:
+        raise InvalidInput(
+            f"max_masses is {plane.max_masses}, but {len(positions)} positions take {room} masses at most",
+            field=f"{field}.max_masses",
+            value=plane.max_masses,
+            advice="lower max_masses, or raise masses_per_position",
+        )
+    return replace(plane, positions_deg=positions)
+
+
+def require_unique(field: str, values: Iterable[object], advice: str = "give each its own name") -> None:
+    """Refuse a value that appears twice. Raises InvalidInput."""
+    seen: set[object] = set()
+    for value in values:
+        if value in seen:
+            raise InvalidInput(f"{value!r} appears twice in {field}", field=field, value=value, advice=advice)
+        seen.add(value)
+
+
+def _index(names: list[str], name: str, field: str, noun: str) -> int:
+    if name in names:
+        return names.index(name)
+    raise InvalidInput(
+        f"the machine has no {noun} {name!r}",
+        field=field,
+        value=name,
+        advice=f"it has {', '.join(map(repr, names)) or 'none'}",
+    )
+
+
+def item_of(items: Sequence[CatalogueItem], mass_g: float, field: str) -> int:
+    """Index of the item of this mass. Raises InvalidInput."""
+    for index, item in enumerate(items):
+        if item.mass_g == mass_g:
+            return index
+    raise InvalidInput(
+        f"the box has no mass of {mass_g:g} g",
+        field=field,
+        value=mass_g,
+        advice=f"it has {', '.join(f'{item.mass_g:g}' for item in items[:20])} g; a weighed value goes into weighed_g",
+    )

@@ -1,0 +1,296 @@
+"""What is known of the drum as it is now: before and after, and whether what was asked for is reached."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.balancing.rotor.tolerance import vibration_zone
+from service.balancing.rotor.units import Scale, convert_amplitude
+from service.engine import mapping
+from service.engine.mapping import Channel, amplitudes_of, limit_of
+from service.model.correction import Tolerance
+from service.model.diagnostic import Diagnostic
+from service.model.machine import Machine
+from service.model.plan import Plan
+from service.model.report import BeforeAfter, Outcome, Verdict, Zone
+from service.model.run import MassOnRotor, Run, RunOut
+from service.model.stop import Stop
+
+OFF_SPEED = 0.02
+"""Share by which a measured speed may differ from the nominal one for a reading to stand for it."""
+_SAME_MASSES = 1e-6
+
+
+@dataclass(frozen=True)
+class Drum:
+    """What is stored of a drum: its runs, the plans stated fitted, and the stops in which masses were changed."""
+
+    machine: Machine
+    runs: tuple[Run, ...]
+    run_out: tuple[RunOut, ...]
+    plans: tuple[Plan, ...]
+    stops: tuple[Stop, ...]
+
+    @property
+    def fitted(self) -> Plan | None:
+        """The plan whose masses are bolted on."""
+        return next((plan for plan in self.plans if plan.state == "fitted"), None)
+
+    @property
+    def good(self) -> tuple[Run, ...]:
+        """Runs that are not excluded."""
+        return tuple(run for run in self.runs if not run.excluded)
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Speeds, r/min, that limits are judged at: the service speed and each speed of an as-found run."""
+        as_found = {run.nominal_speed_rpm for run in self.good if run.kind == "initial"}
+        service = self.machine.service_speed_rpm
+        return (service, *sorted(as_found - {service}))
+
+
+def masses_now(drum: Drum) -> tuple[MassOnRotor, ...]:
+    """ALL masses on the rotor as last stated: by a plan fitted or taken off, a stop, or a run after these."""
+    fitted = () if drum.fitted is None else mapping.masses_on_rotor(drum.fitted)
+    last = drum.runs[-1] if drum.runs else None
+    if last is None or last.number <= _changed_after(drum):
+        return fitted
+    stated = [stop for stop in drum.stops if stop.masses is not None and stop.changed_at is not None]
+    if stated and (stated[-1].changed_at or last.taken_at) > last.taken_at:
+        return stated[-1].masses or ()
+    return last.masses
+
+
+def checks_of_now(drum: Drum) -> tuple[Run, ...]:
+    """Check runs of exactly the masses that are on the drum now, taken after they were last changed."""
+    plan = drum.fitted
+    if plan is None:
+        return ()
+    wanted = mapping.masses_on_rotor(plan)
+    found: list[Run] = []
+    for run in drum.runs:
+        if not _same(drum.machine, run.masses, wanted):
+            # An excluded run still tells what was on the drum.
+            found.clear()
+        elif run.kind == "check" and not run.excluded and _after_last_change(drum, run):
+            found.append(run)
+    return tuple(found)
+
+
+def before_after(drum: Drum) -> tuple[BeforeAfter, ...]:
+    """Each sensor in the first as-found run, and in the latest check run of the drum as it is now, by speed."""
+    afters = _afters(drum)
+    out = []
+    for first in _first_by_speed(drum.good):
+        before = amplitudes_of(drum.machine, first, drum.run_out)
+        for sensor in drum.machine.sensors:
+            if sensor.name in before:
+                row = Channel(sensor, first.nominal_speed_rpm)
+                out.append(_line(drum, row, before[sensor.name], first, afters.get((sensor.name, row.speed_rpm))))
+    return tuple(out)
+
+
+def unchecked(drum: Drum) -> tuple[Diagnostic, ...]:
+    """Why limits are not judged of the drum as it is now; empty where each was measured at each speed."""
+    checks = checks_of_now(drum)
+    if not checks:
+        return (_no_check(drum),)
+    afters = _afters(drum)
+    out = []
+    for speed in drum.speeds:
+        missing = [
+            sensor.name
+            for sensor in drum.machine.sensors
+            if limit_of(drum.machine, Channel(sensor, speed)) is not None and (sensor.name, speed) not in afters
+        ]
+        if missing:
+            out.append(_not_measured(checks, speed, missing))
+    return tuple(out)
+
+
+def judged(drum: Drum, tolerance: Tolerance | None, no_grade: str | None) -> Verdict:
+    """Compare the drum as it is now with what was asked for.
+
+    tolerance: balance quality of the masses on the drum now. no_grade: why there is none although a grade is stated.
+    """
+    open_limits = unchecked(drum)
+    grade = drum.machine.balance_grade_mm_s
+    ungraded = () if grade is None or tolerance is not None else (_grade_not_judged(grade, no_grade),)
+    above, limits = _compared(drum)
+    return Verdict(
+        outcome=_outcome(bool(open_limits), bool(above), bool(limits), grade is not None, tolerance),
+        check_runs=tuple(run.number for run in checks_of_now(drum)),
+        unjudged=(*open_limits, *ungraded),
+        above=above,
+    )
+
+
+def _outcome(open_limits: bool, above: bool, limits: bool, graded: bool, tolerance: Tolerance | None) -> Outcome:
+    if above:
+        return "above_limit"
+    if open_limits:
+        return "unchecked"
+    if tolerance is not None and not tolerance.within:
+        return "grade_not_reached"
+    if graded and tolerance is None:
+        return "partly_judged"
+    return "reached" if limits or graded else "nothing_asked"
+
+
+def _compared(drum: Drum) -> tuple[tuple[str, ...], int]:
+    """Sensors above their limit, and how many limits there are."""
+    several = len(drum.speeds) > 1
+    afters = _afters(drum)
+    above, count = [], 0
+    for speed in drum.speeds:
+        for sensor in drum.machine.sensors:
+            limit = limit_of(drum.machine, Channel(sensor, speed))
+            after = afters.get((sensor.name, speed))
+            count += limit is not None
+            if limit is not None and after is not None and after[0] > limit:
+                above.append(f"{sensor.name} ({speed:g} r/min)" if several else sensor.name)
+    return tuple(above), count
+
+
+def _afters(drum: Drum) -> dict[tuple[str, float], tuple[float, Run]]:
+    """Amplitude of the drum as it is now, by sensor and nominal speed, with the run it is from."""
+    out: dict[tuple[str, float], tuple[float, Run]] = {}
+    for run in checks_of_now(drum):
+        measured = {reading.sensor: reading.speed_rpm for reading in run.readings}
+        for name, amplitude in amplitudes_of(drum.machine, run, drum.run_out).items():
+            if not off_speed(measured[name], run.nominal_speed_rpm):
+                out[name, run.nominal_speed_rpm] = (amplitude, run)
+    return out
+
+
+def off_speed(measured_rpm: float | None, nominal_rpm: float) -> bool:
+    """Whether a speed, where it was measured, is too far from another for a reading to stand for it."""
+    return measured_rpm is not None and abs(measured_rpm / nominal_rpm - 1.0) > OFF_SPEED
+
+
+def _after_last_change(drum: Drum, run: Run) -> bool:
+    if run.number <= _changed_after(drum):
+        return False
+    moments = [stop.changed_at for stop in drum.stops if stop.changed_at is not None and not stop.cancelled]
+    return not moments or run.taken_at >= moments[-1]
+
+
+def _changed_after(drum: Drum) -> int:
+    """Number of the latest run before a plan was last fitted or taken off."""
+    return max((plan.changed_after_run or 0 for plan in drum.plans), default=0)
+
+
+def _same(machine: Machine, masses: Iterable[MassOnRotor], others: Iterable[MassOnRotor]) -> bool:
+    one, other = mapping.mass_vectors(machine, masses), mapping.mass_vectors(machine, others)
+    size = max(float(np.abs(one).max(initial=0.0)), float(np.abs(other).max(initial=0.0)))
+    return bool((np.abs(one - other) <= _SAME_MASSES * size).all())
+
+
+def _first_by_speed(runs: Sequence[Run]) -> list[Run]:
+    first: dict[float, Run] = {}
+    for run in runs:
+        if run.kind == "initial":
+            first.setdefault(run.nominal_speed_rpm, run)
+    return list(first.values())
+
+
+def _line(drum: Drum, row: Channel, before: float, first: Run, found: tuple[float, Run] | None) -> BeforeAfter:
+    after, last = found or (None, None)
+    limit = limit_of(drum.machine, row)
+    before_rpm, after_rpm = _speed(first, row), _speed(last, row)
+    # A vibration at one speed says nothing of how much was gained at another.
+    comparable = after is not None and before > 0.0 and not off_speed(before_rpm, row.speed_rpm)
+    line = BeforeAfter(
+        sensor=row.sensor.name,
+        unit=f"{row.sensor.unit} {row.sensor.detection.replace('_', '-')}",
+        speed_rpm=row.speed_rpm,
+        before=before,
+        after=after,
+        reduction=1.0 - after / before if after is not None and comparable else None,
+        limit=limit,
+        within_limit=None if after is None or limit is None else after <= limit,
+        before_rpm=before_rpm,
+        after_rpm=after_rpm,
+    )
+    return replace(line, zone_before=_zone(drum.machine, row, first), zone_after=_zone(drum.machine, row, last))
+
+
+def _speed(run: Run | None, row: Channel) -> float | None:
+    if run is None:
+        return None
+    return next((reading.speed_rpm for reading in run.readings if reading.sensor == row.sensor.name), None)
+
+
+def _zone(machine: Machine, row: Channel, run: Run | None) -> Zone | None:
+    """Zone of ISO 20816-3 by the broadband velocity, where the machine states its group."""
+    group = machine.iso_20816
+    if group is None or run is None or row.sensor.quantity != "velocity":
+        return None
+    reading = next((r for r in run.readings if r.sensor == row.sensor.name), None)
+    if reading is None or reading.overall_rms is None:
+        return None
+    velocity = convert_amplitude(reading.overall_rms, Scale("velocity", row.sensor.unit, "rms"), Scale())
+    return vibration_zone(velocity, group.group, group.support)
+
+
+def _no_check(drum: Drum) -> Diagnostic:
+    if drum.fitted is None:
+        return Diagnostic(
+            code="not_fitted",
+            severity="warning",
+            message="no masses of a plan are on the drum",
+            advice="Fit a plan and take a check run.",
+        )
+    checks = [run for run in drum.good if run.kind == "check"]
+    if not checks:
+        return Diagnostic(
+            code="not_checked",
+            severity="warning",
+            message="no check run has been taken",
+            advice="Take a check run with the masses that are on the drum.",
+        )
+    return Diagnostic(
+        code="changed_after_check",
+        severity="warning",
+        message=f"run {checks[-1].number} is not of the masses that are on the drum now",
+        advice="Take a check run with the masses that are on the drum.",
+        runs=(checks[-1].number,),
+        parameters={"run": checks[-1].number},
+    )
+
+
+def _not_measured(checks: Sequence[Run], speed: float, missing: Sequence[str]) -> Diagnostic:
+    names = ", ".join(missing)
+    other = [run.number for run in checks if any(off_speed(r.speed_rpm, run.nominal_speed_rpm) for r in run.readings)]
+    if other:
+        return Diagnostic(
+            code="check_at_other_speed",
+            severity="warning",
+            message=f"not checked at {speed:g} r/min: {names}; run {other[-1]} turned at another speed",
+            advice="Take the check run at that speed.",
+            runs=(other[-1],),
+            sensors=tuple(missing),
+            parameters={"speed_rpm": speed, "sensors": names, "run": other[-1]},
+        )
+    return Diagnostic(
+        code="sensor_not_checked",
+        severity="warning",
+        message=f"not checked at {speed:g} r/min: {names}",
+        advice="Take a check run in which each sensor with a limit is read, at each speed.",
+        sensors=tuple(missing),
+        parameters={"speed_rpm": speed, "sensors": names},
+    )
+
+
+def _grade_not_judged(grade: float, why: str | None) -> Diagnostic:
+    reason = why or "the runs do not determine the influence coefficients"
+    return Diagnostic(
+        code="grade_not_judged",
+        severity="warning",
+        message=f"balance quality G {grade:g} was asked for and could not be judged: {reason}",
+        advice="State what is missing of the machine, or take the grade off it and set a vibration limit.",
+        parameters={"grade_mm_s": grade, "reason": reason},
+    )

@@ -1,0 +1,119 @@
+"""What every verb is handed: storage, the time, and a maker of identifiers."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from typing import Any, TypeVar
+
+from sqlalchemy.exc import OperationalError
+
+from db.database import Database, is_away, lacks_room
+from db.rows import Base
+from db.store import Store
+from service.errors import NotFound, StorageFull, Unavailable
+from service.runtime.group_commit import Together
+from service.runtime.metrics import Meters
+from service.runtime.solver_slots import Turns
+
+Row = TypeVar("Row", bound=Base)
+_log = logging.getLogger("drumtrue.storage")
+
+
+def utc_now() -> datetime:
+    """The time of the machine's clock."""
+    return datetime.now(UTC)
+
+
+def new_id() -> str:
+    """An identifier that nobody can guess."""
+    return uuid.uuid4().hex
+
+
+@dataclass(frozen=True)
+class Work:
+    """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: a token's name, or local.
+
+    together: small batches of readings that come at the same time share a unit of work. turns: to compute a selection.
+    long_list: held while a long list of readings is stored; several at once would be done no sooner, and all that is
+    asked meanwhile would wait for all of them.
+    """
+
+    database: Database
+    now: Callable[[], datetime] = utc_now
+    new_id: Callable[[], str] = new_id
+    monotonic: Callable[[], float] = time.monotonic
+    max_readings: int = 10_000
+    actor: str = "local"
+    meters: Meters = field(default_factory=Meters)
+    together: Together[Any, Any] = field(default_factory=Together)
+    turns: Turns = field(default_factory=Turns)
+    long_list: threading.Lock = field(default_factory=threading.Lock)
+    joined: Callable[[], AbstractContextManager[Store]] | None = None
+    """A unit of work under way that `write` joins: whoever began it ends it."""
+    seen: int | None = None
+    """Version of the session or plan on which the request was made; None: it does not say."""
+
+    def acting(self, actor: str) -> Work:
+        """The same, for another actor."""
+        return replace(self, actor=actor)
+
+    def having_seen(self, version: int | None) -> Work:
+        """The same, for a request that was made on this version of its session or plan."""
+        return replace(self, seen=version)
+
+    def write(self) -> AbstractContextManager[Store]:
+        """A unit of work that commits at its end. Raises Unavailable; StorageFull for a full disk."""
+        return _stored(self.database.write(self.actor, self.now) if self.joined is None else self.joined())
+
+    def read(self) -> AbstractContextManager[Store]:
+        """A unit of work that only looks. Raises Unavailable."""
+        return _stored(self.database.read())
+
+
+@contextmanager
+def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
+    try:
+        with unit as store:
+            yield store
+    except OperationalError as error:
+        if lacks_room(error):
+            _log.error("not stored: %s", error.orig)
+            raise storage_full(error) from error
+        if is_away(error):
+            _log.error("no answer: %s", error.orig)
+            raise Unavailable(
+                f"the database does not answer now: {error.orig}",
+                advice="ask again in a few seconds; with the same Idempotency-Key nothing is done twice",
+            ) from error
+        raise
+
+
+def storage_full(error: OperationalError) -> StorageFull:
+    """The error for what the engine had no room for."""
+    return StorageFull(
+        f"the database has no room for this: {error.orig}",
+        advice="nothing was stored; make room on the database's disk, or raise its quota or limit of a file's size, "
+        "then try again; where there is room, have the disk looked at",
+    )
+
+
+def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> Row:
+    """The row with this key. Raises NotFound."""
+    row = store.lock(kind, key) if lock else store.get(kind, key)
+    if row is None:
+        noun = kind.__tablename__.replace("_", " ")
+        listed = noun in ("machine", "catalogue", "session", "source")
+        raise NotFound(
+            f"there is no {noun} {key!r}",
+            field=f"{noun}_id",
+            value=key,
+            advice=f"list the {noun}s and take one of them" if listed else "take its id from GET /sessions/{id}",
+        )
+    return row

@@ -1,0 +1,1 @@
+"""Who may do what: tokens, logins of browsers, throttling of failed attempts."""

@@ -1,0 +1,1 @@
+"""Machines, and the influence coefficients that their sessions teach."""

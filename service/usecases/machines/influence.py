@@ -1,0 +1,180 @@
+"""Coefficients that sessions teach: per machine with history, statistics per type, trial masses from them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from db.rows import InfluenceRow, MachineRow, SessionRow
+from db.store import Store
+from service.balancing.influence.saved import from_fit, learn, typical
+from service.balancing.selection.problem import BoolArray
+from service.engine import balance_quality, mapping, saved_influence
+from service.engine.influence_fits import Fitted, fit_runs, used
+from service.errors import Conflict, InvalidInput, NotFound, NumericsError
+from service.model.influence import (
+    LearnedInfluence,
+    LearnRequest,
+    RefusedUpdate,
+    SavedInfluence,
+    TrialMassSuggestion,
+    TypicalInfluence,
+)
+from service.model.machine import Machine
+from service.runtime.context import Work, require
+
+
+def learn_from(work: Work, machine_id: str, request: LearnRequest) -> LearnedInfluence:
+    """Fit a session's runs and combine the coefficients with the machine's, within bounds.
+
+    Raises NotFound, Conflict for a session of another machine or one that has taught already, NumericsError where the
+    runs do not determine the coefficients.
+    """
+    with work.write() as store:
+        machine = require(store, MachineRow, machine_id, lock=True)
+        session = require(store, SessionRow, request.session_id)
+        _check_session(store, machine_id, session)
+        fitted = fit_runs(session.machine, used(row.run for row in store.runs(session.id)), session.run_out)
+        before = _latest(store, machine_id)
+        saved, refused = _combined(session.machine, fitted, before)
+        learned = LearnedInfluence(
+            id=work.new_id(),
+            machine_id=machine_id,
+            session_id=session.id,
+            learned_at=work.now(),
+            saved=saved,
+            coefficients=saved_influence.shown(session.machine, saved),
+            refused=refused,
+        )
+        store.add(
+            InfluenceRow(
+                id=learned.id,
+                machine_id=machine_id,
+                session_id=session.id,
+                machine_type=machine.spec.type,
+                learned_at=learned.learned_at,
+                learned=learned,
+            )
+        )
+        return learned
+
+
+def history_of(work: Work, machine_id: str, limit: int, offset: int = 0) -> tuple[LearnedInfluence, ...]:
+    """What a machine's coefficients were, latest first. Raises NotFound."""
+    with work.read() as store:
+        require(store, MachineRow, machine_id)
+        return tuple(row.learned for row in store.influences(machine_id, limit, offset))
+
+
+def has_taught(work: Work, session_id: str) -> bool:
+    """Whether a machine has learned its coefficients from this session."""
+    with work.read() as store:
+        return store.influence_of(session_id) is not None
+
+
+def typical_of(work: Work, machine_type: str) -> TypicalInfluence:
+    """Statistics over the machines of a type. Raises NotFound where fewer than two of them have coefficients alike."""
+    with work.read() as store:
+        machine, saved, count = _typical(store, machine_type)
+        return TypicalInfluence(
+            type=machine_type, machines=count, typical=saved, coefficients=saved_influence.shown(machine, saved)
+        )
+
+
+def saved_for(store: Store, session: SessionRow, whose: str) -> SavedInfluence | None:
+    """Coefficients for a session: the machine's own latest, or its type's. Raises NotFound for a type without."""
+    if whose == "type":
+        if session.machine.type is None:
+            raise InvalidInput(
+                "the machine states no type", field="influence_of", value="type", advice="give the machine its type"
+            )
+        return _typical(store, session.machine.type)[1]
+    return _latest(store, session.machine_id)
+
+
+def _latest(store: Store, machine_id: str) -> SavedInfluence | None:
+    return next((row.learned.saved for row in store.influences(machine_id, 1)), None)
+
+
+def suggest_trials(work: Work, session_id: str) -> tuple[TrialMassSuggestion, ...]:
+    """Trial mass and, from earlier coefficients, angle for each plane. Raises NotFound, InvalidInput."""
+    with work.read() as store:
+        session = require(store, SessionRow, session_id)
+        machine, saved = session.machine, saved_for(store, session, "machine")
+        initial = [run for run in used(row.run for row in store.runs(session.id)) if run.kind == "initial"]
+        if saved is None or not initial:
+            return balance_quality.trial_masses(machine, None, None)
+        rows = mapping.channels(machine, initial[-1:])
+        vibration = mapping.run_set(machine, initial[-1:], session.run_out, rows).vibration[0]
+        influence = saved_influence.as_arrays(machine, saved, rows).influence
+        good = np.isfinite(vibration) & np.isfinite(influence).all(axis=1)
+        if not good.any():
+            return balance_quality.trial_masses(machine, None, None)
+        return balance_quality.trial_masses(machine, influence[good], vibration[good])
+
+
+def _check_session(store: Store, machine_id: str, session: SessionRow) -> None:
+    if session.machine_id != machine_id:
+        raise Conflict(
+            f"session {session.id} is of another machine",
+            code="session_of_other_machine",
+            field="session_id",
+            value=session.id,
+            advice="take a session of this machine",
+        )
+    if store.influence_of(session.id) is not None:
+        raise Conflict(
+            f"session {session.id} has taught this machine already",
+            code="learned_already",
+            field="session_id",
+            value=session.id,
+            advice="one session counts once; take another",
+        )
+
+
+def _combined(
+    machine: Machine, fitted: Fitted, before: SavedInfluence | None
+) -> tuple[SavedInfluence, tuple[RefusedUpdate, ...]]:
+    rows = fitted.rows
+    fresh = from_fit(fitted.fit)
+    if before is None:
+        return saved_influence.as_document(machine, rows, fresh), ()
+    old = saved_influence.as_arrays(machine, before, rows)
+    unknown: BoolArray = np.asarray(~np.isfinite(old.influence).all(axis=1))
+    # A sensor or speed that was never learned starts with what this session says.
+    old.influence[unknown], old.covariance[unknown] = fresh.influence[unknown], fresh.covariance[unknown]
+    result = learn(old, fitted.fit)
+    refused = tuple(
+        RefusedUpdate(
+            sensor=rows[s].sensor.name,
+            plane=machine.planes[p].name,
+            change=float(result.change[s, p]),
+            turn_deg=float(np.degrees(result.turn[s, p])),
+        )
+        for s, p in np.argwhere(result.refused & ~unknown[:, None])
+    )
+    return saved_influence.merged(before, saved_influence.as_document(machine, rows, result.saved)), refused
+
+
+def _typical(store: Store, machine_type: str) -> tuple[Machine, SavedInfluence, int]:
+    latest = store.latest_influences_of_type(machine_type)
+    if not latest:
+        raise _too_few(machine_type, 0)
+    first = require(store, MachineRow, latest[0].machine_id).spec
+    rows = tuple(mapping.Channel(sensor, first.service_speed_rpm) for sensor in first.sensors)
+    arrays = [saved_influence.as_arrays(first, row.learned.saved, rows).influence for row in latest]
+    alike = [a for a in arrays if np.isfinite(a).all()]
+    try:
+        mean = typical(np.array(alike).reshape(len(alike), len(rows), len(first.planes)))
+    except NumericsError:
+        raise _too_few(machine_type, len(alike)) from None
+    return first, saved_influence.as_document(first, rows, mean), len(alike)
+
+
+def _too_few(machine_type: str, count: int) -> NotFound:
+    return NotFound(
+        f"{count} machines of type {machine_type!r} have coefficients for the same planes, sensors and speed; "
+        "statistics need two",
+        field="type",
+        value=machine_type,
+        advice="balance two machines of the type and save what they teach",
+    )

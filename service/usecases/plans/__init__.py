@@ -1,0 +1,1 @@
+"""Corrections and plans of a session: computed, stored, reserved, fitted, taken off."""

@@ -1,0 +1,94 @@
+"""Corrections of a session: asked for, computed, stored."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from db.rows import BalancerAnswerRow, CorrectionRow, SessionRow
+from db.store import Store
+from service.engine import session_state
+from service.engine.correction_solver import check_fields, solve_correction
+from service.engine.influence_fits import used
+from service.errors import Conflict, InvalidInput
+from service.model.correction import Correction, CorrectionRequest
+from service.model.run import Run
+from service.runtime.context import Work, require
+from service.usecases.machines.influence import saved_for
+from service.usecases.optimistic_lock import require_seen
+
+
+def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
+    """Compute and store a correction. Raises InvalidInput, NumericsError, NotFound, OutOfOrder."""
+    check_fields(request)
+    with work.write() as store:
+        session = require(store, SessionRow, session_id, lock=True)
+        require_seen(work, store, session)
+        state = session_state.after(session, "correction")
+        if request.source == "balancer":
+            request = _with_masses(store, session, request)
+        saved = None
+        if request.source == "saved_influence":
+            saved = saved_for(store, session, request.influence_of or "machine")
+        number = len(store.corrections(session.id)) + 1
+        correction = solve_correction(
+            session.machine,
+            used(row.run for row in store.runs(session.id)),
+            session.run_out,
+            request,
+            number=number,
+            key=work.new_id(),
+            saved=saved,
+            earlier=_earlier_runs(store, session, request.earlier_sessions or ()),
+        )
+        store.add(CorrectionRow(id=correction.id, session_id=session.id, number=number, correction=correction))
+        session.state = state
+        return correction
+
+
+def _earlier_runs(store: Store, session: SessionRow, keys: tuple[str, ...]) -> tuple[tuple[Run, ...], ...]:
+    """Runs of earlier sessions on the machine, a tuple a session."""
+    out = []
+    for index, key in enumerate(keys):
+        other = require(store, SessionRow, key)
+        if other.machine_id != session.machine_id or other.id == session.id or _differ(other, session):
+            raise Conflict(
+                f"session {key} is no earlier session with the same planes, sensors and conventions",
+                code="session_of_other_machine",
+                field=f"earlier_sessions[{index}]",
+                value=key,
+                advice="name sessions of this machine from before it was changed, if any",
+            )
+        out.append(used(row.run for row in store.runs(other.id)))
+    return tuple(out)
+
+
+def _differ(other: SessionRow, session: SessionRow) -> bool:
+    def matters(row: SessionRow) -> tuple[object, ...]:
+        spec = row.machine
+        radii = [(plane.name, plane.radius_mm) for plane in spec.planes]
+        return (radii, spec.sensors, spec.angle_sense, spec.phase_sense, spec.rotation, row.run_out)
+
+    return matters(other) != matters(session)
+
+
+def _with_masses(store: Store, session: SessionRow, request: CorrectionRequest) -> CorrectionRequest:
+    """The request with the masses of the stored answer that it names."""
+    if request.answer_id is None:
+        return request
+    if request.masses is not None:
+        raise InvalidInput(
+            "a balancer's answer is named or stated, not both",
+            field="answer_id",
+            value=request.answer_id,
+            advice="leave out answer_id or masses",
+        )
+    answer = require(store, BalancerAnswerRow, request.answer_id)
+    if answer.machine_id != session.machine_id or answer.session_id not in (None, session.id):
+        raise Conflict(
+            f"balancer answer {request.answer_id!r} belongs to another session",
+            code="answer_of_other_session",
+            field="answer_id",
+            value=request.answer_id,
+            advice="take an answer of this session",
+        )
+    return replace(request, masses=answer.masses)

@@ -1,0 +1,1 @@
+"""Readings from bridges: routed, stored, averaged into runs, rolled up; balancers' answers."""

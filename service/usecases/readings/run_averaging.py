@@ -1,0 +1,130 @@
+"""A run taken from the stored readings of a source: averaged as vectors, with their scatter."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from db.rows import ReadingRow, SessionRow, SourceRow
+from db.store import Store
+from service.balancing.rotor.phasors import PhaseSense, phasor, polar
+from service.errors import Conflict, InvalidInput
+from service.model.findings import Findings, OrderComponent
+from service.model.machine import Machine
+from service.model.run import RunReading, Take
+from service.runtime.context import require
+
+
+def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunReading, ...]:
+    """One averaged reading per sensor.
+
+    Raises NotFound for an unknown source, Conflict for one of another machine, InvalidInput where it has no reading.
+    """
+    source = require(store, SourceRow, take.source)
+    if source.machine_id != session.machine_id:
+        raise Conflict(
+            f"source {take.source!r} is bound to another machine",
+            code="source_of_other_machine",
+            field="take.source",
+            value=take.source,
+            advice="bind it to this machine (PUT /sources/{name}), or take from a source that is",
+        )
+    if take.since > take.until:
+        raise InvalidInput(
+            "the first moment lies after the last", field="take.from", value=str(take.since), advice="swap from and to"
+        )
+    gone = store.rolled_up_between(take.source, take.since, take.until)
+    if gone is not None:
+        raise Conflict(
+            f"raw readings of source {take.source!r} at {gone.isoformat()} were rolled up and are not kept any more",
+            code="readings_rolled_up",
+            field="take.from",
+            value=take.since.isoformat(),
+            advice="take from later times; runs that were taken before keep their readings",
+        )
+    rows = [
+        row
+        for row in store.readings_between(take.source, session.machine_id, take.since, take.until)
+        if row.session_id in (None, session.id)
+    ]
+    by_sensor: dict[str, list[ReadingRow]] = defaultdict(list)
+    for row in rows:
+        by_sensor[row.sensor].append(row)
+    found = store.findings_between(take.source, take.since, take.until)
+    readings = tuple(
+        _averaged(session.machine, sensor.name, by_sensor[sensor.name], found)
+        for sensor in session.machine.sensors
+        if by_sensor[sensor.name]
+    )
+    if not readings:
+        raise InvalidInput(
+            f"source {take.source!r} has no reading between {take.since.isoformat()} and {take.until.isoformat()}",
+            code="nothing_to_take",
+            field="take",
+            value=take.source,
+            advice="check the times (UTC) and that the source delivers",
+        )
+    return readings
+
+
+def _averaged(machine: Machine, sensor: str, rows: Sequence[ReadingRow], found: Mapping[int, Findings]) -> RunReading:
+    """Vector mean; scatter of the mean from the spread, or from the readings' own scatter where there is only one.
+
+    Without a phase in all of them the amplitudes are averaged and the phase is None.
+    """
+    n = len(rows)
+    speeds = [row.speed_rpm for row in rows if row.speed_rpm is not None]
+    overall = [row.overall_rms for row in rows if row.overall_rms is not None]
+    phase: float | None = None
+    if any(row.phase_deg is None for row in rows):
+        amplitudes = np.array([row.amplitude for row in rows])
+        amplitude = float(amplitudes.mean())
+        scatter = float(amplitudes.std(ddof=1) / math.sqrt(n)) if n > 1 else rows[0].scatter
+    else:
+        vectors = np.array([phasor(r.amplitude, r.phase_deg or 0.0, machine.phase_sense) for r in rows])
+        mean = complex(vectors.mean())
+        amplitude, phase = polar(mean, machine.phase_sense)
+        scatter = _scatter_of_mean(vectors, mean) if n > 1 else rows[0].scatter
+    return RunReading(
+        sensor=sensor,
+        amplitude=amplitude,
+        phase_deg=phase,
+        speed_rpm=float(np.mean(speeds)) if speeds else None,
+        # Readings that are all the same have no spread to speak of: that is unknown, not zero.
+        scatter=scatter or None,
+        overall_rms=float(np.mean(overall)) if overall else None,
+        findings=together([found[row.sequence] for row in rows if row.sequence in found], machine.phase_sense),
+    )
+
+
+def together(found: Sequence[Findings], sense: PhaseSense) -> Findings | None:
+    """Findings of several blocks of one sensor, oldest first, as those of one; None of none.
+
+    Amplitudes in the sensor's unit and detection, phases in degrees in `sense`.
+    """
+    if not found:
+        return None
+    orders = min(len(one.components) for one in found)
+    tones = [one.neighbour for one in found if one.neighbour is not None]
+    return Findings(
+        turns=sum(one.turns for one in found),
+        components=tuple(_mean_component([one.components[k] for one in found], sense) for k in range(orders)),
+        neighbour=max(tones, key=lambda tone: tone.amplitude, default=None),
+        flags=tuple(dict.fromkeys(flag for one in found for flag in one.flags)),
+        directions=found[-1].directions,
+    )
+
+
+def _mean_component(parts: Sequence[OrderComponent], sense: PhaseSense) -> OrderComponent:
+    mean = complex(np.mean([phasor(part.amplitude, part.phase_deg, sense) for part in parts]))
+    amplitude, phase_deg = polar(mean, sense)
+    return OrderComponent(order=parts[0].order, amplitude=amplitude, phase_deg=phase_deg)
+
+
+def _scatter_of_mean(vectors: np.ndarray[tuple[int], np.dtype[np.complex128]], mean: complex) -> float:
+    """Standard deviation of the mean per real component: two components, n - 1 degrees of freedom each."""
+    n = len(vectors)
+    return math.sqrt(float((np.abs(vectors - mean) ** 2).sum()) / (2 * (n - 1)) / n)

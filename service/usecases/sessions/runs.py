@@ -1,0 +1,142 @@
+"""Runs: typed in or taken from stored readings; excluded or superseded, never erased."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from db.rows import PlanRow, RunRow, SessionRow
+from db.store import Store
+from service.engine import mapping, session_state
+from service.engine.balance_quality import speed_warnings, trial_warnings
+from service.engine.validation import check_masses, sensor_index
+from service.errors import InvalidInput, NotFound
+from service.model.base import to_plain
+from service.model.machine import Machine
+from service.model.run import MassOnRotor, Run, RunPatch, RunReading, RunRequest
+from service.runtime.context import Work, require
+from service.usecases.optimistic_lock import require_seen
+from service.usecases.readings.run_averaging import taken_readings
+
+
+def add(work: Work, session_id: str, request: RunRequest) -> Run:
+    """Store a run. Raises InvalidInput, NotFound, or OutOfOrder for a check of nothing or a closed session."""
+    with work.write() as store:
+        session = require(store, SessionRow, session_id, lock=True)
+        require_seen(work, store, session)
+        state = session_state.after(session, "check" if request.kind == "check" else "run")
+        machine = session.machine
+        masses = _masses(store, session, request)
+        earlier = store.runs(session.id)
+        readings = _readings(store, session, request)
+        nominal = request.nominal_speed_rpm or machine.service_speed_rpm
+        heavy = trial_warnings(machine, masses) if request.kind == "trial" else ()
+        run = Run(
+            id=work.new_id(),
+            number=len(earlier) + 1,
+            kind=request.kind,
+            masses=masses,
+            readings=readings,
+            nominal_speed_rpm=nominal,
+            taken_at=work.now(),
+            warnings=(*speed_warnings(machine, nominal, readings), *heavy),
+        )
+        if request.supersedes is not None:
+            mistyped = _run_of(store, session, request.supersedes)
+            mistyped.run = replace(mistyped.run, excluded=True, reason=f"superseded by run {run.number}")
+        store.add(RunRow(id=run.id, session_id=session.id, number=run.number, run=run))
+        outdate(store, session.id)
+        session.state = state
+        return run
+
+
+def change(work: Work, session_id: str, run_id: str, patch: RunPatch) -> Run:
+    """Exclude a run, or take it in again. Raises NotFound, or OutOfOrder once the session is closed."""
+    with work.write() as store:
+        session = require(store, SessionRow, session_id, lock=True)
+        require_seen(work, store, session)
+        state = session_state.after(session, "run")
+        row = _run_of(store, session, run_id)
+        row.run = replace(row.run, excluded=patch.excluded, reason=patch.reason)
+        outdate(store, session.id)
+        session.state = state
+        return row.run
+
+
+def outdate(store: Store, session_id: str) -> None:
+    """Mark what rests on the runs so far as stale; nothing is erased."""
+    for correction in store.corrections(session_id):
+        document = correction.correction
+        if document.request.source == "fit" and not document.stale:
+            correction.correction = replace(document, stale=True)
+    for plan in store.plans(session_id):
+        if plan.plan.state != "fitted" and not plan.plan.stale:
+            plan.plan = replace(plan.plan, stale=True)
+
+
+def _run_of(store: Store, session: SessionRow, run_id: str) -> RunRow:
+    row = store.get(RunRow, run_id)
+    if row is None or row.session_id != session.id:
+        raise NotFound(
+            f"session {session.id} has no run {run_id!r}",
+            field="run_id",
+            value=run_id,
+            advice="take the id of one of the session's runs",
+        )
+    return row
+
+
+def _masses(store: Store, session: SessionRow, request: RunRequest) -> tuple[MassOnRotor, ...]:
+    masses = request.masses
+    if masses is None and request.kind == "check":
+        plan = require(store, PlanRow, session.fitted_plan_id or "").plan
+        return mapping.masses_on_rotor(plan)
+    masses = masses or ()
+    check_masses(session.machine, masses)
+    if request.kind == "initial" and masses:
+        raise InvalidInput(
+            "an initial run is the rotor as found, without masses",
+            field="masses",
+            value=len(masses),
+            advice="take the masses off, or state the run as kind trial or correction",
+        )
+    if request.kind in ("trial", "correction") and not masses:
+        raise InvalidInput(
+            f"a {request.kind} run has a mass on the rotor",
+            code="mass_missing",
+            field="masses",
+            value=0,
+            advice="state every mass that was on the rotor: [{plane, mass_g, angle_deg}]",
+        )
+    return masses
+
+
+def _readings(store: Store, session: SessionRow, request: RunRequest) -> tuple[RunReading, ...]:
+    if (request.readings is None) == (request.take is None):
+        both = request.take is not None
+        raise InvalidInput(
+            "a run has either readings or take, not both" if both else "a run has either readings or take",
+            field="readings",
+            value=to_plain(request.readings) if both else None,
+            advice="state readings:[{sensor, amplitude, phase_deg}], or take:{source, from, to}",
+        )
+    if request.take is not None:
+        return taken_readings(store, session, request.take)
+    readings = request.readings or ()
+    _check_readings(session.machine, readings)
+    return readings
+
+
+def _check_readings(machine: Machine, readings: Sequence[RunReading]) -> None:
+    seen: set[str] = set()
+    for index, reading in enumerate(readings):
+        sensor_index(machine, reading.sensor, f"readings[{index}].sensor")
+        if reading.sensor in seen:
+            raise InvalidInput(
+                f"sensor {reading.sensor!r} appears twice in the run",
+                code="sensor_twice",
+                field=f"readings[{index}].sensor",
+                value=reading.sensor,
+                advice="state the mean with its scatter, or store the second reading as a run of its own",
+            )
+        seen.add(reading.sensor)

@@ -1,0 +1,268 @@
+"""Stops to change masses, safe first: locked before a mass is touched, released before the drum turns again.
+
+Each step is stored when it is stated, so that whoever stands beside the machine, with whatever tablet, sees what state
+it is in. What is on the rotor is known from the moment it is stated, not only from the next run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+from db.rows import PlanRow, SessionRow, StopRow
+from db.store import Store
+from service.balancing.influence.trial_mass import centrifugal_force
+from service.engine import mapping, session_state
+from service.engine.validation import check_masses, plane_index
+from service.errors import InvalidInput, NotFound, OutOfOrder
+from service.model.machine import Machine
+from service.model.plan import ActualPlacement, FittedRequest, Placement
+from service.model.run import MassOnRotor, Run
+from service.model.stop import Stop, StopRequest
+from service.runtime.context import Work, require
+from service.usecases.plans import plans
+
+SAME_HOLE_DEG = 1e-6
+
+
+def of(work: Work, session_id: str) -> tuple[Stop, ...]:
+    """The stops of a session, in order. Raises NotFound."""
+    with work.read() as store:
+        require(store, SessionRow, session_id)
+        return tuple(row.stop for row in store.stops(session_id))
+
+
+def under_way(stops: Sequence[Stop]) -> Stop | None:
+    """The stop that is neither released nor given up."""
+    last = stops[-1] if stops else None
+    return last if last is not None and last.released_at is None and not last.cancelled else None
+
+
+def on_rotor(runs: Sequence[Run], stops: Sequence[Stop]) -> tuple[MassOnRotor, ...]:
+    """ALL masses on the rotor now: as last stated, by a stop or by a run after it."""
+    stated = [stop for stop in stops if stop.masses is not None]
+    if stated and stated[-1].runs_before >= len(runs):
+        return stated[-1].masses or ()
+    return runs[-1].masses if runs else ()
+
+
+def begin(work: Work, session_id: str, request: StopRequest) -> Stop:
+    """Begin a stop; one that is under way is given up, unless masses were changed in it already.
+
+    Raises NotFound, InvalidInput, OutOfOrder for a closed session or a stop that has to be finished first.
+    """
+    with work.write() as store:
+        session = require(store, SessionRow, session_id, lock=True)
+        session_state.after(session, "run")
+        rows = store.stops(session_id)
+        before = under_way([row.stop for row in rows])
+        if before is not None:
+            if before.changed_at is not None:
+                raise OutOfOrder(
+                    f"masses were changed in stop {before.number}, and it is not released",
+                    code="stop_unfinished",
+                    field="purpose",
+                    value=request.purpose,
+                    advice="finish that stop first: bolts torqued, tools out, guards on",
+                )
+            rows[-1].stop = replace(before, cancelled=True)
+        stop = Stop(
+            id=work.new_id(),
+            number=len(rows) + 1,
+            purpose=request.purpose,
+            plane=request.plane,
+            plan_id=request.plan_id,
+            placements=_placements(store, session, request),
+            runs_before=len(store.runs(session_id)),
+            begun_at=work.now(),
+        )
+        store.add(StopRow(id=stop.id, session_id=session_id, number=stop.number, stop=stop))
+        return stop
+
+
+def lock(work: Work, session_id: str, number: int) -> Stop:
+    """State that the drum stands still: key out, drum blocked. Raises NotFound, OutOfOrder."""
+    return _step(work, session_id, number, lambda stop, _: replace(stop, locked_at=stop.locked_at or work.now()))
+
+
+def change(work: Work, session_id: str, number: int, masses: Sequence[MassOnRotor]) -> Stop:
+    """State ALL masses that are on the rotor now.
+
+    Raises NotFound, OutOfOrder before the machine is locked, InvalidInput where a hole would be pulled too hard.
+    """
+
+    def stated(stop: Stop, machine: Machine) -> Stop:
+        check_masses(machine, masses)
+        check_forces(machine, masses)
+        return _changed(work, stop, masses)
+
+    return _step(work, session_id, number, stated)
+
+
+def fit(work: Work, session_id: str, number: int, actual: tuple[ActualPlacement, ...] | None) -> Stop:
+    """State the masses of the stop's plan bolted on: they leave the stock, and are on the rotor from now on.
+
+    actual: what was really fitted, where it differs. Raises as `plans.fitted` and `change`; repeated, it does nothing.
+    """
+    with work.read() as store:
+        session = require(store, SessionRow, session_id)
+        stop = _row(store, session_id, number).stop
+        _require_locked(stop)
+        machine, fitted_id = session.machine, session.fitted_plan_id
+    if actual is None and not stop.placements:
+        raise InvalidInput("the stop has no plan", field="plan_id", advice="choose a plan, then stop for it")
+    wanted = actual if actual is not None else _as_actual(stop.placements)
+    fasteners = {piece.mass_g: piece.fastener_g for piece in stop.placements}
+    check_forces(machine, [_as_mass(piece, fasteners.get(piece.mass_g, 0.0)) for piece in wanted])
+    key = stop.plan_id or ""
+    if fitted_id == key and stop.changed_at is None:
+        # The masses were stated before, and the answer was lost on its way.
+        plan = plans.get(work, key)
+    else:
+        plan = plans.fitted(work, key, FittedRequest(actual=wanted, accept_stale=True))
+    masses = mapping.masses_on_rotor(plan)
+    return _step(work, session_id, number, lambda stop, _: _changed(work, stop, masses))
+
+
+def bare(work: Work, session_id: str, number: int) -> Stop:
+    """State that everything is off again: the masses of a fitted plan are back in the box, the drum is as found.
+
+    Raises NotFound, OutOfOrder before the machine is locked; repeated, it does nothing.
+    """
+    with work.read() as store:
+        _require_locked(_row(store, session_id, number).stop)
+        fitted_id = require(store, SessionRow, session_id).fitted_plan_id
+    if fitted_id is not None:
+        plans.unfit(work, fitted_id)
+    return _step(work, session_id, number, lambda stop, _: _changed(work, stop, ()))
+
+
+def release(work: Work, session_id: str, number: int) -> Stop:
+    """State that bolts are torqued, tools out and guards on. Raises NotFound, OutOfOrder before masses are stated."""
+
+    def released(stop: Stop, _machine: Machine) -> Stop:
+        if stop.masses is None:
+            raise OutOfOrder(
+                "nothing is stated of the masses on the rotor",
+                code="masses_not_stated",
+                field="masses",
+                value=None,
+                advice="state what is bolted on, then release the machine",
+            )
+        return replace(stop, released_at=stop.released_at or work.now())
+
+    return _step(work, session_id, number, released)
+
+
+def cancel(work: Work, session_id: str, number: int) -> Stop:
+    """Give a stop up before anything was changed. Raises NotFound, OutOfOrder."""
+
+    def given_up(stop: Stop, _machine: Machine) -> Stop:
+        if stop.changed_at is not None:
+            raise OutOfOrder(
+                f"masses were changed in stop {stop.number}",
+                code="stop_unfinished",
+                field="number",
+                value=stop.number,
+                advice="finish it: bolts torqued, tools out, guards on; then stop again",
+            )
+        return replace(stop, cancelled=True)
+
+    return _step(work, session_id, number, given_up)
+
+
+def check_forces(machine: Machine, masses: Iterable[MassOnRotor]) -> None:
+    """No hole is pulled harder at service speed than it may be. Raises InvalidInput."""
+    holes: defaultdict[tuple[int, int], float] = defaultdict(float)
+    for mass in masses:
+        p = plane_index(machine, mass.plane, "masses.plane")
+        holes[p, round(mass.angle_deg % 360.0 / SAME_HOLE_DEG) % round(360.0 / SAME_HOLE_DEG)] += mass.mass_g
+    for (p, _), grams in holes.items():
+        plane = machine.planes[p]
+        force = centrifugal_force(grams, plane.radius_mm, machine.service_speed_rpm)
+        if plane.max_force_n is not None and force > plane.max_force_n * (1.0 + 1e-9):
+            most = math.floor(10.0 * grams * plane.max_force_n / force) / 10.0
+            raise InvalidInput(
+                f"{grams:g} g in one hole of plane {plane.name} pull with {force:.0f} N at service speed, "
+                f"{plane.max_force_n:g} N is the limit",
+                code="force_too_great",
+                field="masses.mass_g",
+                value=grams,
+                advice=f"at most {most:g} g go into one hole of this plane",
+            )
+
+
+def _step(work: Work, session_id: str, number: int, stepped: Callable[[Stop, Machine], Stop]) -> Stop:
+    with work.write() as store:
+        session = require(store, SessionRow, session_id, lock=True)
+        session_state.after(session, "run")
+        row = _row(store, session_id, number)
+        if row.stop.cancelled:
+            raise OutOfOrder(
+                f"stop {number} was given up",
+                code="stop_cancelled",
+                field="number",
+                value=number,
+                advice="load the session again: it shows what to do next",
+            )
+        row.stop = stepped(row.stop, session.machine)
+        return row.stop
+
+
+def _changed(work: Work, stop: Stop, masses: Sequence[MassOnRotor]) -> Stop:
+    _require_locked(stop)
+    return replace(stop, masses=tuple(masses), changed_at=work.now())
+
+
+def _row(store: Store, session_id: str, number: int) -> StopRow:
+    for row in store.stops(session_id):
+        if row.number == number:
+            return row
+    raise NotFound(
+        f"session {session_id} has no stop {number}",
+        field="number",
+        value=number,
+        advice="load the session again: it shows what to do next",
+    )
+
+
+def _require_locked(stop: Stop) -> None:
+    if stop.locked_at is None:
+        raise OutOfOrder(
+            "the machine is not stated to be locked",
+            code="not_locked",
+            field="number",
+            value=stop.number,
+            advice="stop the drum, take the key out, block the drum; then change masses",
+        )
+
+
+def _placements(store: Store, session: SessionRow, request: StopRequest) -> tuple[Placement, ...]:
+    if request.purpose == "trial":
+        plane_index(session.machine, request.plane or "", "plane")
+    if request.purpose != "plan":
+        return ()
+    row = require(store, PlanRow, request.plan_id or "")
+    offers = row.plan.alternatives
+    if row.session_id != session.id or not (request.alternative is None or 0 <= request.alternative < len(offers)):
+        raise InvalidInput(
+            "this session has no such plan",
+            field="plan_id",
+            value=request.plan_id,
+            advice="choose one of the plans that the session shows",
+        )
+    return row.plan.placements if request.alternative is None else offers[request.alternative].placements
+
+
+def _as_actual(placements: Iterable[Placement]) -> tuple[ActualPlacement, ...]:
+    """Pieces from the box, as they are stated fitted; as-found pieces are not stated."""
+    return tuple(
+        ActualPlacement(plane=p.plane, position_deg=p.position_deg, mass_g=p.mass_g) for p in placements if p.from_box
+    )
+
+
+def _as_mass(piece: ActualPlacement, fastener_g: float) -> MassOnRotor:
+    grams = (piece.weighed_g or piece.mass_g) + fastener_g
+    return MassOnRotor(plane=piece.plane, mass_g=grams, angle_deg=piece.position_deg)

@@ -1,0 +1,1 @@
+"""Boxes of stock masses and their ledger."""

@@ -1,0 +1,1 @@
+"""The guided session: the next step, what each step shows, changes of masses."""
