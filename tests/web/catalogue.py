@@ -33,6 +33,7 @@ TOLD = (
     "service/balancing/rotor/units.py",
     "service/usecases/access/login_throttle.py",
     "service/usecases/stock/catalogues.py",
+    "service/usecases/names.py",
     "service/usecases/plans/corrections.py",
     "service/engine/influence_fits.py",
     "service/usecases/plans/reservations.py",

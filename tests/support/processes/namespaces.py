@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 PREPARE = "ip link set lo up && ip route add 224.0.0.0/4 dev lo"
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @cache
