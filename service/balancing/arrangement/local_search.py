@@ -15,9 +15,9 @@ from service.balancing.arrangement.exact.near_pairs import Table, near_pairs
 from service.balancing.arrangement.exact.region import Axes
 from service.balancing.arrangement.exact.slots import Slots
 from service.balancing.arrangement.rating import violations
-from service.balancing.objectives import norm_of
-from service.balancing.phasors import ComplexArray, FloatArray, IntArray
-from service.balancing.selection import Objective
+from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
+from service.balancing.selection.objectives import norm_of
+from service.balancing.selection.problem import Objective
 
 CELLS = 30_000
 """Swaps that are rated in one step."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from service.balancing.phasors import FloatArray, IntArray
+from service.balancing.rotor.phasors import FloatArray, IntArray
 
 
 def opposite_pairs(masses_g: FloatArray) -> IntArray | None:

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from service.balancing.phasors import ComplexArray, FloatArray, IntArray
-from service.balancing.selection import BoolArray, Objective, Status
+from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
+from service.balancing.selection.problem import BoolArray, Objective, Status
 
 EMPTY = -1
 """Number of the part in a place that holds none."""

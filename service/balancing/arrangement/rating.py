@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from service.balancing.arrangement.problem import EMPTY, ArrangementProblem
-from service.balancing.objectives import norm_of
-from service.balancing.phasors import ComplexArray, FloatArray, IntArray
-from service.balancing.selection import BoolArray
+from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
+from service.balancing.selection.objectives import norm_of
+from service.balancing.selection.problem import BoolArray
 
 
 def residuals(problem: ArrangementProblem, arrangements: IntArray) -> ComplexArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from service.balancing.arrangement.problem import ArrangementProblem, ArrangementState
 from service.balancing.arrangement.rating import moves, new_parts, values, within_limits
-from service.balancing.phasors import IntArray
+from service.balancing.rotor.phasors import IntArray
 
 TIE = 1e-9
 """Values that differ by a smaller part are equal; the fewest moves, then the fewest new parts, decide."""

@@ -12,8 +12,8 @@ from service.balancing.arrangement.problem import ArrangementProblem, Arrangemen
 from service.balancing.arrangement.rating import moves, residuals
 from service.balancing.arrangement.record import TIE
 from service.balancing.arrangement.solve import search_best, search_fewest
-from service.balancing.phasors import IntArray
-from service.balancing.selection import Status
+from service.balancing.rotor.phasors import IntArray
+from service.balancing.selection.problem import Status
 
 Stop = Callable[[], bool]
 Deviation = Callable[[IntArray], float]

@@ -29,7 +29,7 @@ from service.balancing.arrangement.problem import ArrangementProblem, Arrangemen
 from service.balancing.arrangement.rating import moves
 from service.balancing.arrangement.record import TIE, Record
 from service.balancing.arrangement.validation import validate
-from service.balancing.phasors import IntArray
+from service.balancing.rotor.phasors import IntArray
 
 MAX_BITS = 62
 """Parts that an enumeration tells apart."""

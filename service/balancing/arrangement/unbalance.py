@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from service.balancing.phasors import ComplexArray, FloatArray
+from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
 
 

@@ -12,8 +12,8 @@ import math
 import numpy as np
 
 from service.balancing.arrangement.problem import EMPTY
-from service.balancing.phasors import ComplexArray, FloatArray, IntArray
-from service.balancing.selection import Objective
+from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
+from service.balancing.selection.problem import Objective
 
 
 def scale_deviation(resolution_g: float) -> float:

@@ -10,8 +10,8 @@ from itertools import combinations
 import numpy as np
 
 from service.balancing.arrangement import EMPTY, ArrangementProblem, GroupLimit, end_gains, part_effects, plane_shares
-from service.balancing.phasors import ComplexArray, FloatArray
-from service.balancing.selection import Norm, Objective
+from service.balancing.rotor.phasors import ComplexArray, FloatArray
+from service.balancing.selection.problem import Norm, Objective
 
 NORMS: tuple[Norm, ...] = ("sum", "max", "rms", "components")
 FEATURES = ("plain", "spares", "empties", "kinds", "fixed", "sets", "groups", "moves", "new", "gone", "mixed")

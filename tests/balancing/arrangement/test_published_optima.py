@@ -19,7 +19,7 @@ from service.balancing.arrangement import (
     search_front,
     solve_best,
 )
-from service.balancing.selection import Norm, Objective
+from service.balancing.selection.problem import Norm, Objective
 
 CASES = json.loads(resources.files("service.bench").joinpath("data/arrangement_cases.json").read_text())["cases"]
 OPTIMA = [(case, norm) for case in CASES for norm in case.get("optimum", {})]

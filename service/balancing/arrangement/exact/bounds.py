@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 
 from service.balancing.arrangement.exact.region import Support, as_real, dual_norm
 from service.balancing.arrangement.exact.slots import Slots
-from service.balancing.phasors import IntArray
+from service.balancing.rotor.phasors import IntArray
 
 STEPS = 25
 """Matchings: enough to tell a drum that the parts cannot balance from one that they can."""

@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from service.balancing.arrangement.exact.slots import Slots
-from service.balancing.phasors import ComplexArray, IntArray
-from service.balancing.selection import BoolArray
+from service.balancing.rotor.phasors import ComplexArray, IntArray
+from service.balancing.selection.problem import BoolArray
 
 NONE = -1
 """Fills up rows of changes that touch fewer slots."""

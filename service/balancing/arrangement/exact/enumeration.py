@@ -8,7 +8,7 @@ import numpy as np
 
 from service.balancing.arrangement.problem import EMPTY, ArrangementProblem
 from service.balancing.arrangement.rating import within_limits
-from service.balancing.phasors import IntArray
+from service.balancing.rotor.phasors import IntArray
 
 MAX_ENUMERATED = 400_000
 """Arrangements that are listed one by one: some tenths of a second."""

@@ -16,8 +16,8 @@ from service.balancing.arrangement.exact.near_pairs import Table, near_pairs
 from service.balancing.arrangement.exact.region import Axes
 from service.balancing.arrangement.exact.slots import Slots
 from service.balancing.arrangement.problem import EMPTY
-from service.balancing.phasors import FloatArray, IntArray
-from service.balancing.selection import BoolArray
+from service.balancing.rotor.phasors import FloatArray, IntArray
+from service.balancing.selection.problem import BoolArray
 
 MAX_FEW = 4
 """Changed places that are searched completely."""

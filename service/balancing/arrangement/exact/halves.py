@@ -16,7 +16,7 @@ import numpy as np
 from service.balancing.arrangement.exact.near_pairs import Table, near_pairs
 from service.balancing.arrangement.exact.region import Axes
 from service.balancing.arrangement.exact.slots import Slots
-from service.balancing.phasors import ComplexArray, IntArray
+from service.balancing.rotor.phasors import ComplexArray, IntArray
 
 FIRST_BLOCK, MAX_BLOCK = 20_000, 120_000
 """Orders of one half in a step: the first ones are few, since what they find narrows the search of the others."""

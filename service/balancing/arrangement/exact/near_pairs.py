@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from service.balancing.phasors import FloatArray, IntArray
+from service.balancing.rotor.phasors import FloatArray, IntArray
 
 MAX_CELLS = 4096
 """Cells that one axis is cut into."""

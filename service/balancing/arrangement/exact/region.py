@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.balancing.arrangement.exact.slots import Slots
-from service.balancing.phasors import ComplexArray, FloatArray
-from service.balancing.selection import Norm
+from service.balancing.rotor.phasors import ComplexArray, FloatArray
+from service.balancing.selection.problem import Norm
 
 RANK_TOLERANCE = 1e-10
 """Singular values below this part of the largest are rounding."""

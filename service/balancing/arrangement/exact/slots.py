@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from service.balancing.arrangement.problem import EMPTY, ArrangementProblem
-from service.balancing.phasors import ComplexArray, IntArray
-from service.balancing.selection import BoolArray, Norm
+from service.balancing.rotor.phasors import ComplexArray, IntArray
+from service.balancing.selection.problem import BoolArray, Norm
 
 
 @dataclass(frozen=True)
