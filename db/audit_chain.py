@@ -3,13 +3,15 @@
 Canonical JSON follows RFC 8785 in spirit: keys in order, no spaces, UTF-8, no NaN. Two things differ: keys are ordered
 by code points, and numbers are written as Python does, the shortest text that reads back the same. Times are ISO 8601
 in UTC with microseconds. An entry's hash is SHA-256 over the canonical JSON of the entry and of the hash before it. A
-record is what the tables hold, text of documents parsed: a migration must not rewrite documents of closed sessions.
+record is what the tables hold, text of documents parsed, or as it is where it is no JSON: a migration must not rewrite
+documents of closed sessions.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
@@ -63,8 +65,26 @@ def record_digest(session: Session, session_id: str) -> str | None:
         texts = {column for column in columns if isinstance(table.c[column].type, Document)}
         chosen = [type_coerce(table.c[c], Text).label(c) if c in texts else table.c[c] for c in columns]
         found = session.execute(select(*chosen).where(owner == session_id).order_by(table.c.id)).mappings()
-        record[name] = [{c: json.loads(row[c]) if c in texts else row[c] for c in columns} for row in found]
+        record[name] = [{c: _parsed(row[c]) if c in texts else row[c] for c in columns} for row in found]
     return digest([FORMAT, record]) if record["session"] else None
+
+
+def _parsed(text: str) -> Any:
+    """The value of a JSON text that has a canonical form; else the text: a damaged document has a digest too."""
+    try:
+        value = json.loads(text, parse_constant=_finite, parse_float=_finite)
+        if "\\ud" in text.lower():
+            canonical(value).encode()  # half of a surrogate pair has no UTF-8
+        return value
+    except (ValueError, RecursionError):
+        return text
+
+
+def _finite(number: str) -> float:
+    value = float(number)
+    if not math.isfinite(value):
+        raise ValueError(f"{number} has no canonical JSON")
+    return value
 
 
 def _plain_time(value: object) -> str:

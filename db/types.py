@@ -10,7 +10,8 @@ from sqlalchemy import DateTime, Text
 from sqlalchemy.engine import Dialect
 from sqlalchemy.types import TypeDecorator
 
-from service.model.base import read_json, write_json
+from db.unreadable import DocumentRefused, Unreadable, fault_in, require_finite
+from service.model.base import read_json, to_plain, write_json
 
 
 class UtcTime(TypeDecorator[datetime]):
@@ -33,7 +34,10 @@ class UtcTime(TypeDecorator[datetime]):
 
 
 class Document(TypeDecorator[Any]):
-    """A document of one type (or a tuple of them), stored as JSON text and checked when read.
+    """A document of one type (or a tuple of them), stored as JSON text; checked when written and when read.
+
+    Writing raises DocumentRefused (in a StatementError of SQLAlchemy) for a document that could not be read again.
+    Reading gives an `Unreadable` for a text that breaks a rule, so that the rows around it are read all the same.
 
     recurring: the same text comes again and again, as a machine's with each of its readings; since no document ever
     changes, the one that was read before serves.
@@ -48,12 +52,25 @@ class Document(TypeDecorator[Any]):
         self.recurring = recurring
 
     def process_bind_param(self, value: Any, dialect: Dialect) -> str | None:  # noqa: ARG002, D102
-        return None if value is None else write_json(value, self.kind)
+        if value is None:
+            return None
+        text = write_json(value, self.kind)
+        try:
+            again = read_json(self.kind, text)
+        except ValueError as wrong:
+            raise DocumentRefused(fault_in(wrong)) from wrong
+        if again != value:
+            # A NaN is written as null, which an optional field takes: it would come back as another document.
+            require_finite(to_plain(value, self.kind))
+        return text
 
     def process_result_value(self, value: str | None, dialect: Dialect) -> Any:  # noqa: ARG002, D102
         if value is None:
             return None
-        return _read_before(self.kind, value) if self.recurring else read_json(self.kind, value)
+        try:
+            return _read_before(self.kind, value) if self.recurring else read_json(self.kind, value)
+        except ValueError as wrong:
+            return Unreadable(fault_in(wrong))
 
 
 @lru_cache(maxsize=64)

@@ -10,6 +10,7 @@ from sqlalchemy.exc import IntegrityError
 
 from db.queries.base import Queries
 from db.rows import IdempotencyRow, LoginRow, TokenRow
+from db.set_apart import readable
 
 NEWEST_KEYS = 1000
 """So many keys of requests are kept even when their time is over."""
@@ -20,7 +21,7 @@ class Access(Queries):
 
     def tokens(self) -> Sequence[TokenRow]:
         """All tokens, oldest first."""
-        return self._session.scalars(select(TokenRow).order_by(TokenRow.created_at, TokenRow.id)).all()
+        return readable(self._session.scalars(select(TokenRow).order_by(TokenRow.created_at, TokenRow.id)).all())
 
     def token_named(self, name: str) -> TokenRow | None:
         """The token of this name."""

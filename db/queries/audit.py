@@ -7,8 +7,11 @@ from collections.abc import Sequence
 from sqlalchemy import select
 
 from db.audit_chain import record_digest
+from db.mending import mend
 from db.queries.base import Queries
 from db.rows import AuditRow, SessionRow
+from db.set_apart import faults, readable
+from db.unreadable import Fault
 
 
 class Past(Queries):
@@ -30,7 +33,7 @@ class Past(Queries):
         for name, value in wanted.items():
             if value is not None:
                 query = query.where(getattr(AuditRow, name) == value)
-        return self._page(query, limit, offset)
+        return readable(self._page(query, limit, offset))
 
     def chained(self, after: int, most: int) -> Sequence[AuditRow]:
         """Entries of the chain above a number, in order."""
@@ -38,6 +41,15 @@ class Past(Queries):
         rows = self._session.scalars(query).all()
         self._session.expunge_all()
         return rows
+
+    def faults(self) -> Sequence[Fault]:
+        """Every document there is that cannot be read."""
+        return [fault for fault, _ in faults(self._session.connection())]
+
+    def mend(self) -> Sequence[tuple[str, str]]:
+        """Mend what needs no guess; kind and key of each thing that was mended."""
+        assert self._history is not None, "a unit that only looks mends nothing"  # noqa: S101
+        return mend(self._session, self._history)
 
     def closed_sessions(self) -> Sequence[str]:
         """Identifiers of all closed sessions."""

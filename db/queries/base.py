@@ -6,11 +6,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from sqlalchemy import Select, select
+from sqlalchemy import Select, func, select
 from sqlalchemy.orm import Session
 
 from db.history import History
 from db.rows import Base
+from db.set_apart import fault_in_row, readable
+from db.unreadable import Fault
 
 Row = TypeVar("Row", bound=Base)
 
@@ -21,6 +23,7 @@ class Queries:
     def __init__(self, session: Session, history: History | None = None) -> None:
         self._session = session
         self._history = history
+        self._apart: dict[tuple[str, str], tuple[tuple[int, Fault], ...]] = {}
 
     def add(self, row: Base) -> None:
         """Store a new row; constraints are checked at once."""
@@ -57,5 +60,17 @@ class Queries:
     def _page(self, query: Select[Any], limit: int, offset: int) -> Sequence[Any]:
         return self._session.scalars(query.limit(limit).offset(offset)).all()
 
+    def set_apart(self, session_id: str) -> tuple[tuple[int, Fault], ...]:
+        """Number and fault of each part of a session that this unit of work met and could not read."""
+        return tuple(part for (_, owner), parts in self._apart.items() if owner == session_id for part in parts)
+
+    def next_number(self, kind: Any, session_id: str) -> int:
+        """The number of the next part of a session; parts that cannot be read keep theirs."""
+        return 1 + (self._session.scalar(select(func.max(kind.number)).where(kind.session_id == session_id)) or 0)
+
     def _numbered(self, kind: Any, session_id: str) -> Sequence[Any]:
-        return self._session.scalars(select(kind).where(kind.session_id == session_id).order_by(kind.number)).all()
+        query = select(kind).where(kind.session_id == session_id).order_by(kind.number)
+        rows = self._session.scalars(query).all()
+        faults = ((row.number, fault_in_row(row)) for row in rows)
+        self._apart[kind.__tablename__, session_id] = tuple((number, fault) for number, fault in faults if fault)
+        return readable(rows)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any, cast
 
@@ -21,6 +21,8 @@ from db.rows import (
     SourceMarkRow,
     SourceRow,
 )
+from db.set_apart import readable
+from db.unreadable import fault_of
 from service.model.counters import FrameCounter
 from service.model.findings import Findings
 from service.model.machine import Machine
@@ -48,7 +50,7 @@ class Readings(Queries):
                 MachineRow, MachineRow.id == SourceRow.machine_id
             )
             rows = self._session.execute(query.where(SourceRow.name.in_(chunk)))
-            found |= {name: (machine_id, machine) for name, machine_id, machine in rows}
+            found |= {name: (key, machine) for name, key, machine in rows if fault_of(machine) is None}
         return found
 
     def add_readings(self, rows: Sequence[NewReading]) -> int:
@@ -86,7 +88,7 @@ class Readings(Queries):
         for start in range(0, len(sequences), _LOOKUP_CHUNK):
             chunk = sequences[start : start + _LOOKUP_CHUNK]
             query = select(kind.sequence, kind.findings).where(kind.source == source, kind.sequence.in_(chunk))
-            found |= {row.sequence: row.findings for row in self._session.execute(query)}
+            found |= _readable(self._session.execute(query))
         return found
 
     def findings_between(self, source: str, since: datetime, until: datetime) -> dict[int, Findings]:
@@ -95,7 +97,7 @@ class Readings(Queries):
         query = select(kind.sequence, kind.findings).where(
             kind.source == source, kind.taken_at >= since, kind.taken_at <= until
         )
-        return {row.sequence: row.findings for row in self._session.execute(query.order_by(kind.sequence))}
+        return _readable(self._session.execute(query.order_by(kind.sequence)))
 
     def readings_of(
         self, source: str, since: datetime | None, until: datetime | None, limit: int, offset: int
@@ -169,7 +171,7 @@ class Readings(Queries):
             )
             .order_by(BalancerAnswerRow.taken_at.desc(), BalancerAnswerRow.id)
         )
-        return self._page(query, limit, offset)
+        return readable(self._page(query, limit, offset))
 
     def readings_between(self, source: str, machine_id: str, since: datetime, until: datetime) -> Sequence[ReadingRow]:
         """Readings of a source on a machine between two times, in order of sequence."""
@@ -245,3 +247,7 @@ class Readings(Queries):
         newest = select(func.max(ReadingRow.taken_at)).where(ReadingRow.source == SourceRow.name).scalar_subquery()
         found = self._session.execute(select(SourceRow.name, newest))
         return {name: at for name, at in found if at is not None}
+
+
+def _readable(rows: Iterable[Any]) -> dict[int, Findings]:
+    return {number: found for number, found in rows if fault_of(found) is None}

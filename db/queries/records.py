@@ -22,6 +22,7 @@ from db.rows import (
     SessionRow,
     StopRow,
 )
+from db.set_apart import readable
 
 
 class Records(Queries):
@@ -29,7 +30,8 @@ class Records(Queries):
 
     def machines(self, limit: int, offset: int) -> Sequence[MachineRow]:
         """Machines, newest first."""
-        return self._page(select(MachineRow).order_by(MachineRow.created_at.desc(), MachineRow.id), limit, offset)
+        query = select(MachineRow).order_by(MachineRow.created_at.desc(), MachineRow.id)
+        return readable(self._page(query, limit, offset))
 
     def machine_named(self, name: str) -> MachineRow | None:
         """The machine of this name."""
@@ -37,7 +39,8 @@ class Records(Queries):
 
     def catalogues(self, limit: int, offset: int) -> Sequence[CatalogueRow]:
         """Catalogues, newest first."""
-        return self._page(select(CatalogueRow).order_by(CatalogueRow.created_at.desc(), CatalogueRow.id), limit, offset)
+        query = select(CatalogueRow).order_by(CatalogueRow.created_at.desc(), CatalogueRow.id)
+        return readable(self._page(query, limit, offset))
 
     def catalogue_named(self, name: str) -> CatalogueRow | None:
         """The catalogue of this name."""
@@ -110,7 +113,7 @@ class Records(Queries):
     def influences(self, machine_id: str, limit: int, offset: int = 0) -> Sequence[InfluenceRow]:
         """What a machine's coefficients were, latest first."""
         query = select(InfluenceRow).where(InfluenceRow.machine_id == machine_id)
-        return self._page(query.order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id), limit, offset)
+        return readable(self._page(query.order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id), limit, offset))
 
     def influence_of(self, session_id: str) -> InfluenceRow | None:
         """What a session taught."""
@@ -130,8 +133,5 @@ class Records(Queries):
             .order_by(earlier.learned_at.desc(), earlier.id)
             .limit(1)
         )
-        return self._session.scalars(
-            select(InfluenceRow)
-            .join(taught, InfluenceRow.id == latest.scalar_subquery())
-            .order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id)
-        ).all()
+        query = select(InfluenceRow).join(taught, InfluenceRow.id == latest.scalar_subquery())
+        return readable(self._session.scalars(query.order_by(InfluenceRow.learned_at.desc(), InfluenceRow.id)).all())

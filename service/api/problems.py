@@ -13,9 +13,11 @@ from fastapi.responses import JSONResponse
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
+from db.unreadable import UnreadableRow
 from service.api.strict_json import InvalidBody
 from service.errors import DrumtrueError, Stale
 from service.model.base import document, to_plain
+from service.runtime.context import unreadable
 
 MEDIA_TYPE = "application/problem+json"
 _ADVICE = {
@@ -122,6 +124,7 @@ def safe(value: object) -> object:
 def install(app: FastAPI) -> None:
     """Answer every error of the application with a problem."""
     app.add_exception_handler(DrumtrueError, _deliberate)
+    app.add_exception_handler(UnreadableRow, _set_apart)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(ValidationError, _invalid)
     app.add_exception_handler(InvalidBody, _invalid)
@@ -151,6 +154,11 @@ def _deliberate(_request: Request, error: Exception) -> JSONResponse:
         headers=later,
         current=error.current if isinstance(error, Stale) else None,
     )
+
+
+def _set_apart(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, UnreadableRow)  # noqa: S101
+    return _deliberate(request, unreadable(error))
 
 
 def _invalid(_request: Request, error: Exception) -> JSONResponse:

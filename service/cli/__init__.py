@@ -144,6 +144,7 @@ def solve(
 
 app.command()(database.migrate)
 app.command()(database.verify)
+app.command()(database.repair)
 app.command()(database.backup)
 app.command()(database.restore)
 app.command()(database.retain)

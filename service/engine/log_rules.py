@@ -74,6 +74,15 @@ def checked_record(log: SessionLog) -> SessionLog:
             field="record",
             advice="export the session again, with this version of Drumtrue",
         )
+    if log.unreadable:
+        part = log.unreadable[0]
+        raise InvalidInput(
+            f"{part.kind} {part.number} of the session could not be read where the log was written",
+            code="log_incomplete",
+            field="unreadable",
+            value=part.id,
+            advice="run `drumtrue repair` there and export the session again; this log can be solved, but not stored",
+        )
     _require_keys(log, record)
     for name in ("runs", "corrections", "plans"):
         _require_numbers(name, [part.number for part in getattr(log, name)])

@@ -19,7 +19,7 @@ class HistoryEntry:
     actor: str
     """Who: the name of a token; local where none is needed; migration for what an upgrade did."""
     action: str
-    """added, changed, removed, closed or imported; of a box the kind of movement; of readings sent."""
+    """added, changed, removed, closed, repaired or imported; of a box the kind of movement; of readings sent."""
     kind: str
     """What: machine, catalogue, session, run, correction, plan, influence, source, token, reading ..."""
     key: str

@@ -95,6 +95,22 @@ class SessionSummary:
 
 
 @document
+class SetApart:
+    """A part of a session that is stored and cannot be read; it takes part in nothing until it is repaired."""
+
+    kind: str
+    """What: run, correction, plan or stop."""
+    id: str
+    """Identifier."""
+    number: int
+    """1, 2, 3 ... in the order of the session."""
+    field: str
+    """The field that breaks a rule, such as run.readings[0].scatter."""
+    rule: str
+    """The rule it breaks."""
+
+
+@document
 class Session(SessionSummary):
     """A session: one drum being balanced."""
 
@@ -119,6 +135,8 @@ class Session(SessionSummary):
     sensor with a limit was measured, at every speed."""
     version: int
     """Counts the changes of the session and of its runs, corrections and plans; its ETag."""
+    unreadable: tuple[SetApart, ...] = ()
+    """Parts that are stored and cannot be read: left out of the lists above; `drumtrue repair` tells what to do."""
 
 
 @document
@@ -185,3 +203,5 @@ class SessionLog:
     """The plans, in order, with what was asked for."""
     record: SessionRecord | None = None
     """What else is stored of the session; an import needs it, an answer does not."""
+    unreadable: tuple[SetApart, ...] = ()
+    """Parts that could not be read and are not in this log; such a log can be solved, but not imported."""

@@ -12,12 +12,14 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import OperationalError, StatementError
 
 from db.database import Database, is_away, lacks_room
 from db.rows import Base
+from db.set_apart import require_readable
 from db.store import Store
-from service.errors import NotFound, StorageFull, Unavailable
+from db.unreadable import DocumentRefused, UnreadableRow
+from service.errors import Conflict, InvalidInput, NotFound, StorageFull, Unavailable
 from service.runtime.group_commit import Together
 from service.runtime.metrics import Meters
 from service.runtime.solver_slots import Turns
@@ -82,6 +84,8 @@ def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
     try:
         with unit as store:
             yield store
+    except UnreadableRow as found:
+        raise unreadable(found) from found
     except OperationalError as error:
         if lacks_room(error):
             _log.error("not stored: %s", error.orig)
@@ -93,6 +97,33 @@ def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
                 advice="ask again in a few seconds; with the same Idempotency-Key nothing is done twice",
             ) from error
         raise
+    except StatementError as error:
+        if isinstance(error.orig, DocumentRefused):
+            raise _refused(error.orig) from error
+        raise
+
+
+def unreadable(found: UnreadableRow) -> Conflict:
+    """The error for a stored row that was needed and cannot be read."""
+    fault = found.fault
+    return Conflict(
+        f"{fault.table} {fault.key} is stored and cannot be read: {fault.column or 'document'} breaks a rule",
+        code="row_unreadable",
+        field=f"{fault.column}.{fault.field}".strip("."),
+        value=fault.value,
+        advice="everything else goes on without it; run `drumtrue repair`, which lists and mends such rows",
+    )
+
+
+def _refused(error: DocumentRefused) -> InvalidInput:
+    """The error for a document that could not be read again, had it been stored."""
+    return InvalidInput(
+        f"a stored value would break a rule: {error.fault.rule}",
+        code="document_refused",
+        field=error.fault.field or None,
+        value=error.fault.value,
+        advice="nothing was stored; change what was sent so that this value is within its rule",
+    )
 
 
 def storage_full(error: OperationalError) -> StorageFull:
@@ -105,7 +136,7 @@ def storage_full(error: OperationalError) -> StorageFull:
 
 
 def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> Row:
-    """The row with this key. Raises NotFound."""
+    """The row with this key. Raises NotFound; UnreadableRow where a document of it cannot be read."""
     row = store.lock(kind, key) if lock else store.get(kind, key)
     if row is None:
         noun = kind.__tablename__.replace("_", " ")
@@ -116,4 +147,5 @@ def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> R
             value=key,
             advice=f"list the {noun}s and take one of them" if listed else "take its id from GET /sessions/{id}",
         )
+    require_readable(row)
     return row

@@ -82,12 +82,20 @@ class _Walk:
         elif link(self.hash, vars(row)) != row.hash:
             said = f"entry {number} of the history ({row.kind} {row.key} {row.action}) was altered"
             yield _finding("entry_altered", said, row.session_id)
-        if row.action == "closed" and row.kind == "session" and row.changes.get("format") == FORMAT:
-            if row.key in self.sealed:
-                yield _finding("session_altered", f"session {row.key} was closed a second time", row.key)
-            self.sealed[row.key] = str(row.changes["record_sha256"])
+        yield from self._seal(row)
         self.count += 1
         self.number, self.hash = number, row.hash or BEGIN
+
+    def _seal(self, row: AuditRow) -> Iterator[Finding]:
+        """Note what a session was sealed with. A repair of a closed session seals it anew, and tells from what."""
+        if row.kind != "session" or row.action not in ("closed", "repaired") or row.changes.get("format") != FORMAT:
+            return
+        seal = row.changes["record_sha256"]
+        before, after = seal if row.action == "repaired" else (None, seal)
+        if self.sealed.get(row.key) != before:
+            again = "closed a second time" if row.action == "closed" else "altered before it was repaired"
+            yield _finding("session_altered", f"session {row.key} was {again}", row.key)
+        self.sealed[row.key] = str(after)
 
     def sessions(self) -> Iterator[Finding]:
         """Closed sessions that are not as they were sealed, are gone, or were never sealed."""

@@ -7,7 +7,7 @@ from db.store import Store
 from service.engine import session_state
 from service.engine.verdict import Drum, unchecked
 from service.errors import Stale
-from service.model.session import Session, SessionSummary
+from service.model.session import Session, SessionSummary, SetApart
 from service.runtime.context import Work, require
 
 
@@ -48,6 +48,21 @@ def session_view(store: Store, row: SessionRow) -> Session:
         fitted_plan_id=row.fitted_plan_id,
         unchecked=unchecked(drum),
         version=row.version,
+        unreadable=set_apart(store, row.id),
+    )
+
+
+def set_apart(store: Store, session_id: str) -> tuple[SetApart, ...]:
+    """Parts of a session that this unit of work met and could not read."""
+    return tuple(
+        SetApart(
+            kind=fault.table,
+            id=fault.key,
+            number=number,
+            field=".".join(part for part in (fault.column, fault.field) if part),
+            rule=fault.rule,
+        )
+        for number, fault in store.set_apart(session_id)
     )
 
 

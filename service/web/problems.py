@@ -11,7 +11,9 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 from starlette.exceptions import HTTPException
 
+from db.unreadable import UnreadableRow
 from service.errors import DrumtrueError, NotFound
+from service.runtime.context import unreadable
 from service.web.language import N_
 from service.web.rendering import Page
 
@@ -80,6 +82,8 @@ def _either(api: Callable[..., Any]) -> Callable[[Request, Exception], Awaitable
 
 def error_page(request: Request, error: Exception) -> Response:
     """The page for an error: what is wrong, what to do, and a way on."""
+    if isinstance(error, UnreadableRow):
+        error = unreadable(error)
     status, onward = _status(error), None
     if (name := _missing(error)) in MISSING:
         status, onward = 404, MISSING[name]

@@ -31,6 +31,16 @@ def verify(
     raise SystemExit(verify_history(database_url, head))
 
 
+def repair(
+    only_list: Annotated[bool, typer.Option("--list", help="Only list what cannot be read; change nothing.")] = False,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """List what is stored and cannot be read; mend what needs no guess, with a line of history (status 1: not all)."""
+    from service.cli.commands.repair import repair_database
+
+    raise SystemExit(repair_database(database_url, mend=not only_list))
+
+
 def backup(
     file: Annotated[Path, typer.Argument(dir_okay=False, help="New file, an SQLite database whatever the engine.")],
     database_url: DatabaseUrl = None,
@@ -72,7 +82,7 @@ def export(
 
     if every == bool(session):
         raise typer.BadParameter("name sessions, or --all", param_hint="SESSION")
-    export_sessions(session or [], to, database_url)
+    raise SystemExit(export_sessions(session or [], to, database_url))
 
 
 def import_(

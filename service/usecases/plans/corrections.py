@@ -29,7 +29,7 @@ def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
         saved = None
         if request.source == "saved_influence":
             saved = saved_for(store, session, request.influence_of or "machine")
-        number = len(store.corrections(session.id)) + 1
+        number = store.next_number(CorrectionRow, session.id)
         correction = solve_correction(
             session.machine,
             used(row.run for row in store.runs(session.id)),

@@ -68,7 +68,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
         require_seen(work, store, session)
         state = session_state.after(session, "plan")
         now_stale = require(store, CorrectionRow, request.correction_id).correction.stale
-        plan = replace(plan, number=len(store.plans(session_id)) + 1, stale=now_stale)
+        plan = replace(plan, number=store.next_number(PlanRow, session_id), stale=now_stale)
         store.add(PlanRow(id=plan.id, session_id=session_id, number=plan.number, plan=plan))
         session.state = state
         return plan

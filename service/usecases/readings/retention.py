@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from db.rows import ReadingRow
+from service.balancing.influence.resolution import known_scatter
 from service.errors import InvalidInput
 from service.model.base import document
 from service.runtime.context import Work
@@ -85,13 +86,14 @@ def _vector(group: Sequence[ReadingRow]) -> dict[str, float | None]:
     if any(row.phase_deg is None for row in group):
         amplitudes = np.array([row.amplitude for row in group])
         scatter = float(amplitudes.std(ddof=1)) if len(group) > 1 else group[0].scatter
-        return {"amplitude": float(amplitudes.mean()), "phase_deg": None, "scatter": scatter or None}
+        amplitude = float(amplitudes.mean())
+        return {"amplitude": amplitude, "phase_deg": None, "scatter": known_scatter(scatter, amplitude)}
     vectors = np.array([cmath.rect(row.amplitude, math.radians(row.phase_deg or 0.0)) for row in group])
     mean = complex(vectors.mean())
     spread = float((np.abs(vectors - mean) ** 2).sum())
     scatter = math.sqrt(spread / (2 * (len(group) - 1))) if len(group) > 1 else group[0].scatter
     phase = math.degrees(cmath.phase(mean)) % 360.0
-    return {"amplitude": abs(mean), "phase_deg": phase, "scatter": scatter or None}
+    return {"amplitude": abs(mean), "phase_deg": phase, "scatter": known_scatter(scatter, abs(mean))}
 
 
 def _mean(values: Sequence[float | None]) -> float | None:

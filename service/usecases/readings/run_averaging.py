@@ -1,4 +1,8 @@
-"""A run taken from the stored readings of a source: averaged as vectors, with their scatter."""
+"""A run taken from the stored readings of a source: averaged as vectors, with their scatter.
+
+The scatter of readings that a source rounds is at least what its steps leave unknown
+(`service.balancing.influence.resolution`); the steps are found in the readings of the run and in those before it.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +14,18 @@ import numpy as np
 
 from db.rows import ReadingRow, SessionRow, SourceRow
 from db.store import Store
+from service.balancing.influence.resolution import known_scatter, quantisation_step, scatter_floor
 from service.balancing.rotor.phasors import PhaseSense, phasor, polar
 from service.errors import Conflict, InvalidInput
 from service.model.findings import Findings, OrderComponent
 from service.model.machine import Machine
 from service.model.run import RunReading, Take
 from service.runtime.context import require
+
+EARLIER_READINGS = 400
+"""Readings of the source from before the run that help to find its steps."""
+MIN_SPEED_RPM = 1e-9
+"""A run states no lower speed."""
 
 
 def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunReading, ...]:
@@ -54,8 +64,11 @@ def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunRe
     for row in rows:
         by_sensor[row.sensor].append(row)
     found = store.findings_between(take.source, take.since, take.until)
+    earlier: dict[str, list[ReadingRow]] = defaultdict(list)
+    for row in store.readings_of(take.source, None, take.since, EARLIER_READINGS, 0):
+        earlier[row.sensor].append(row)
     readings = tuple(
-        _averaged(session.machine, sensor.name, by_sensor[sensor.name], found)
+        _averaged(session.machine, sensor.name, by_sensor[sensor.name], earlier[sensor.name], found)
         for sensor in session.machine.sensors
         if by_sensor[sensor.name]
     )
@@ -70,10 +83,17 @@ def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunRe
     return readings
 
 
-def _averaged(machine: Machine, sensor: str, rows: Sequence[ReadingRow], found: Mapping[int, Findings]) -> RunReading:
+def _averaged(
+    machine: Machine,
+    sensor: str,
+    rows: Sequence[ReadingRow],
+    earlier: Sequence[ReadingRow],
+    found: Mapping[int, Findings],
+) -> RunReading:
     """Vector mean; scatter of the mean from the spread, or from the readings' own scatter where there is only one.
 
-    Without a phase in all of them the amplitudes are averaged and the phase is None.
+    Without a phase in all of them the amplitudes are averaged and the phase is None. Readings that are all the same, of
+    a source whose steps do not show, have an unknown scatter.
     """
     n = len(rows)
     speeds = [row.speed_rpm for row in rows if row.speed_rpm is not None]
@@ -88,16 +108,24 @@ def _averaged(machine: Machine, sensor: str, rows: Sequence[ReadingRow], found: 
         mean = complex(vectors.mean())
         amplitude, phase = polar(mean, machine.phase_sense)
         scatter = _scatter_of_mean(vectors, mean) if n > 1 else rows[0].scatter
+    floor = _floor(amplitude, phase, [*rows, *earlier]) if n > 1 else 0.0
     return RunReading(
         sensor=sensor,
         amplitude=amplitude,
         phase_deg=phase,
-        speed_rpm=float(np.mean(speeds)) if speeds else None,
-        # Readings that are all the same have no spread to speak of: that is unknown, not zero.
-        scatter=scatter or None,
+        speed_rpm=float(np.mean(speeds)) if speeds and np.mean(speeds) >= MIN_SPEED_RPM else None,
+        scatter=known_scatter(scatter, amplitude, floor),
         overall_rms=float(np.mean(overall)) if overall else None,
         findings=together([found[row.sequence] for row in rows if row.sequence in found], machine.phase_sense),
     )
+
+
+def _floor(amplitude: float, phase: float | None, rows: Sequence[ReadingRow]) -> float:
+    """What the steps of a source leave unknown of a vector, in the sensor's unit."""
+    amplitude_step = quantisation_step(np.array([row.amplitude for row in rows]))
+    phases = [row.phase_deg for row in rows if row.phase_deg is not None]
+    phase_step = quantisation_step(np.array(phases)) if phase is not None else None
+    return scatter_floor(amplitude, amplitude_step, phase_step)
 
 
 def together(found: Sequence[Findings], sense: PhaseSense) -> Findings | None:

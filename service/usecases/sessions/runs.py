@@ -27,13 +27,12 @@ def add(work: Work, session_id: str, request: RunRequest) -> Run:
         state = session_state.after(session, "check" if request.kind == "check" else "run")
         machine = session.machine
         masses = _masses(store, session, request)
-        earlier = store.runs(session.id)
         readings = _readings(store, session, request)
         nominal = request.nominal_speed_rpm or machine.service_speed_rpm
         heavy = trial_warnings(machine, masses) if request.kind == "trial" else ()
         run = Run(
             id=work.new_id(),
-            number=len(earlier) + 1,
+            number=store.next_number(RunRow, session.id),
             kind=request.kind,
             masses=masses,
             readings=readings,

@@ -21,7 +21,7 @@ from service.model.session import (
     SessionSummary,
 )
 from service.runtime.context import Work, require
-from service.usecases.optimistic_lock import require_seen, session_summary, session_view
+from service.usecases.optimistic_lock import require_seen, session_summary, session_view, set_apart
 from service.usecases.plans.reservations import let_go
 from service.version import __version__
 
@@ -112,6 +112,7 @@ def log(work: Work, session_id: str) -> SessionLog:
 def log_of(store: Store, row: SessionRow) -> SessionLog:
     """The document of a stored session."""
     view = session_view(store, row)
+    stops = tuple(stop.stop for stop in store.stops(row.id))
     box = None if row.catalogue_id is None else require(store, CatalogueRow, row.catalogue_id)
     return SessionLog(
         version=__version__,
@@ -124,8 +125,9 @@ def log_of(store: Store, row: SessionRow) -> SessionLog:
         runs=view.runs,
         corrections=view.corrections,
         plans=view.plans,
+        unreadable=set_apart(store, row.id),
         record=SessionRecord(
-            stops=tuple(stop.stop for stop in store.stops(row.id)),
+            stops=stops,
             **{name: getattr(row, name) for name in SessionRecord.__dataclass_fields__ if name != "stops"},
         ),
     )

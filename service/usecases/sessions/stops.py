@@ -70,7 +70,7 @@ def begin(work: Work, session_id: str, request: StopRequest) -> Stop:
             rows[-1].stop = replace(before, cancelled=True)
         stop = Stop(
             id=work.new_id(),
-            number=len(rows) + 1,
+            number=store.next_number(StopRow, session_id),
             purpose=request.purpose,
             plane=request.plane,
             plan_id=request.plan_id,
