@@ -64,13 +64,17 @@ class BusUnavailable(DriverError, OSError):
 class LogError(DriverError, ValueError):
     """A line or block of a recording or log is no reading or frame, or the file cannot be read or written.
 
-    file, line (from 1; None for a binary file) and reason say which and why; advice: what to do.
+    file, line (from 1; None for a binary file) and reason say which and why; advice: what to do. code: `wrong_line`,
+    `start_unknown`, `damaged`, `no_log`, `too_large`, `nothing_read` or `log`, the same in every version.
     """
 
-    def __init__(self, file: object, line: int | None, reason: str, advice: str = CORRECT) -> None:
+    def __init__(
+        self, file: object, line: int | None, reason: str, advice: str = CORRECT, *, code: str | None = None
+    ) -> None:
         where = f"{file}" if line is None else f"{file}, line {line}"
         super().__init__(f"{where}: {reason}; {advice}")
-        self.file, self.line, self.reason = file, line, reason
+        self.file, self.line, self.reason, self.advice = file, line, reason, advice
+        self.code = code or ("log" if line is None else "wrong_line")
 
 
 class SpoolError(DriverError):

@@ -22,7 +22,8 @@ DEFAULTS: Mapping[str, Mapping[str, object]] = {
     # The IPv6 group that python-can takes by itself does not work on the loopback interface alone, and a hop limit of 1
     # lets the frames out of this machine.
     "udp_multicast": {"channel": MULTICAST_GROUP, "hop_limit": 0},
-    "socketcan": {"channel": "can0"},
+    # Frames of CAN FD come in as well; a bus without any is read as before.
+    "socketcan": {"channel": "can0", "fd": True},
 }
 
 

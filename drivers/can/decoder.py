@@ -1,6 +1,7 @@
-"""Frames to readings: strict about identifier, length, range, sequence and age; what is refused is counted, not raised.
+"""Frames to readings: strict about identifier, range, sequence and age; what is refused is counted, not raised.
 
-cantools takes over-long frames and values outside [min|max] without a word: those checks are here.
+A frame may be longer than its message or shorter, as long as all mapped signals are in it; a value that stands for
+none, or that nothing vouches for, gives no reading.
 """
 
 from __future__ import annotations
@@ -8,32 +9,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from cantools.database import DecodeError
-from cantools.database.can import Signal
-
+from drivers.can.j1939 import ADDRESS_CLAIMED, CONNECTION, TRANSFER, Node, Transfers, group_of
 from drivers.can.mapping import CanMapping, SensorMap
-from drivers.can.message_plan import NODE_MASK, PAIRED, SPEED, Counted, MessagePlan, plans_of
-
-REASONS = (
-    "foreign",
-    "not_data",
-    "wrong_length",
-    "undecodable",
-    "out_of_range",
-    "doubled",
-    "late",
-    "not_valid",
-    "unpaired",
-)
-"""Why a frame gave no reading. foreign: of another message or node (not counted as refused). not_data: remote, error or
-FD frame. doubled: its counter is that of the frame before. late: its counter is behind. not_valid: the balancer says
-itself that the amplitude does not hold. unpaired: amplitude without phase, or phase without amplitude, of one round."""
+from drivers.can.message_plan import PAIRED, SPEED, Counted, MappedSignal, MessagePlan, group_key, plans_of
+from drivers.can.refusals import FOREIGN, REASONS
 
 LONGEST_UNREAD_S = 600.0
 MOST = 1e9
 """Highest amplitude, overall value and speed of a reading."""
+MAX_ROUTES = 10_000
+"""Identifiers whose plan is remembered: a bus has hundreds, one that is disturbed any."""
+KEPT_FOREIGN = 20
+"""Foreign identifiers that are remembered, to tell the user what is on the bus."""
+
+Value = tuple[float | None, float, str]
+"""A value, when it came, and why it is none."""
 
 
 @dataclass(slots=True)
@@ -72,35 +63,44 @@ class FrameDecoder:
         """Of the lost frames, those that came while nothing read the bus, as far as counters and times can tell."""
         self.status: str | None = None
         self.heard_at = -math.inf
+        self.foreign: dict[tuple[int, bool], int] = {}
+        """How often some of the identifiers came that the mapping does not name."""
         self._plans = plans_of(mapping)
-        self._values: dict[tuple[str, str], tuple[float | None, float]] = {}
+        self._routes: dict[tuple[int, bool], MessagePlan | None] = {}
+        self._grouped = any(plan.by_group for plan in self._plans.values())
+        self._node = Node(None if mapping.node_name is not None else mapping.node, mapping.node_name)
+        groups = {group_of(p.message.frame_id) for p in self._plans.values() if p.by_group and p.whole > 8}
+        self._transfers = Transfers(groups) if groups else None
+        self._values: dict[tuple[str, str], Value] = {}
         self._lost: dict[str, int] = {}
         self._answer: float | None = None
 
     def feed(
-        self, identifier: int, extended: bool, data: bytes | bytearray, at: float, *, is_data: bool = True
+        self,
+        identifier: int,
+        extended: bool,
+        data: bytes | bytearray | memoryview,
+        at: float,
+        *,
+        is_data: bool = True,
     ) -> list[Vector | Masses]:
-        """Take a frame and return what it completes: nothing, a vector, several where a message has several sensors."""
+        """Take a frame and return what it completes: nothing, a vector, several where a message has several sensors.
+
+        Never raises: whatever a frame holds, it is counted under its reason.
+        """
         self.frames += 1
-        plan = self._plans.get(self._masked(identifier, extended))
-        if plan is None:
-            return self._refuse("foreign")
-        if not is_data:
-            return self._refuse("not_data")
-        if len(data) != plan.length:
-            return self._refuse("wrong_length")
+        key = (identifier, extended)
         try:
-            values = plan.decode(data, decode_choices=False)
-        except (DecodeError, ValueError):
+            plan = self._routes[key] if key in self._routes else self._route(key)
+            if plan is None:
+                return self._other(key, data, at)
+            if plan.by_group and not self._node.takes(identifier & 0xFF, at, self.mapping.heartbeat_timeout_s):
+                return self._refuse("other_node" if self._node.found else "foreign")
+            if not is_data:
+                return self._refuse("not_data")
+            return self._read(plan, data, at)
+        except Exception:  # a fault of this code must not end the reading of a bus
             return self._refuse("undecodable")
-        for name, low, high, valid in plan.bounds:
-            # A signal of another multiplexer page is not in this frame. A NaN is in no range.
-            if name in values and not low <= values[name] <= high and (valid is None or values.get(valid)):
-                return self._refuse("out_of_range")
-        lost = self._counted(plan, values, at)
-        if lost is None:
-            return []
-        return self._take(plan, values, at, lost)
 
     def counters(self) -> dict[str, Counted]:
         """How far the counters are, by message."""
@@ -122,20 +122,74 @@ class FrameDecoder:
     # ------------------------------------------------------------ frames
     def _refuse(self, reason: str) -> list[Vector | Masses]:
         self.counts[reason] += 1
-        self.refused += reason != "foreign"
+        self.refused += reason not in FOREIGN
         return []
 
-    def _masked(self, identifier: int, extended: bool) -> tuple[int, bool]:
-        if extended and self.mapping.node is not None:
-            mine = identifier & 0xFF == self.mapping.node
-            return (identifier & NODE_MASK if mine else -1, True)
-        return (identifier, extended)
+    def _route(self, key: tuple[int, bool]) -> MessagePlan | None:
+        """The plan of an identifier, by itself or by its group."""
+        plan = self._plans.get(key)
+        if plan is None and key[1] and self._grouped:
+            plan = self._plans.get(group_key(key[0]))
+        if len(self._routes) < MAX_ROUTES:
+            self._routes[key] = plan
+        return plan
 
-    def _counted(self, plan: MessagePlan, values: Mapping[str, Any], at: float) -> int | None:
+    def _other(self, key: tuple[int, bool], data: bytes | bytearray | memoryview, at: float) -> list[Vector | Masses]:
+        """A frame that no message of the mapping has: of a node's name, a part of a longer message, or foreign."""
+        identifier, extended = key
+        group = group_of(identifier) if extended and self._grouped else -1
+        if group == ADDRESS_CLAIMED and len(data) >= 8:
+            self._node.claimed(identifier & 0xFF, int.from_bytes(data[:8], "little"))
+        elif group in (CONNECTION, TRANSFER) and self._transfers is not None:
+            return self._part(identifier, bytes(data), at)
+        if key in self.foreign or len(self.foreign) < KEPT_FOREIGN:
+            self.foreign[key] = self.foreign.get(key, 0) + 1
+        return self._refuse("foreign")
+
+    def _part(self, identifier: int, data: bytes, at: float) -> list[Vector | Masses]:
+        assert self._transfers is not None  # noqa: S101
+        broken = self._transfers.broken
+        whole = self._transfers.take(identifier, data, at)
+        for _ in range(self._transfers.broken - broken):
+            self._refuse("incomplete")
+        if whole is None:
+            return []
+        self.frames -= 1  # the message counts once, for its last part
+        return self.feed(whole[0], True, whole[1], at)
+
+    def _read(self, plan: MessagePlan, data: bytes | bytearray | memoryview, at: float) -> list[Vector | Masses]:
+        if len(data) < plan.whole and not plan.fits(data):
+            return self._refuse("wrong_length")
+        found: list[tuple[MappedSignal, Value]] = []
+        whole = int.from_bytes(data, "little")  # once for all signals that lie in this order
+        for mapped in plan.signals:
+            signal = mapped.signal
+            if signal.plain:
+                bits = whole >> signal.place & signal.mask
+                raw: float = bits - ((bits & signal.sign) << 1)
+            elif signal.shown(data):
+                raw = signal.raw(data)
+            else:
+                continue  # on another page
+            value = raw * signal.scale + signal.offset
+            flag = mapped.flag
+            if flag is not None and not flag.holds(whole, data):
+                found.append((mapped, (None, at, "not_valid")))
+            elif raw in mapped.missing or raw >= mapped.missing_from or raw != raw:
+                found.append((mapped, (None, at, "not_available")))
+            elif mapped.low <= value <= mapped.high:
+                found.append((mapped, (value * mapped.factor, at, "")))
+            else:
+                return self._refuse("out_of_range")
+        lost = self._counted(plan, data, at)
+        return [] if lost is None else self._take(plan, data, found, at, lost)
+
+    def _counted(self, plan: MessagePlan, data: bytes | bytearray | memoryview, at: float) -> int | None:
         """How many frames were lost before this one; None for one that is not new."""
-        if plan.counter is None:
-            return 0
-        count = int(values[plan.counter])
+        counter = plan.counter
+        if counter is None or (counter.pages and not counter.shown(data)):
+            return 0  # nothing counts this message, or this page of it
+        count = int(counter.raw(data)) % plan.modulus
         behind = 0 if plan.last_count is None else (count - plan.last_count) % plan.modulus
         if plan.last_count is None or at - plan.last_at > self.mapping.max_age_s:
             # First, or first after a silence: how many were missed cannot be told, unless the last one was noted.
@@ -169,19 +223,22 @@ class FrameDecoder:
         self.lost_unread += max(behind - 1, 0)
         return max(behind, 1)
 
-    def _take(self, plan: MessagePlan, values: Mapping[str, Any], at: float, lost: int) -> list[Vector | Masses]:
+    def _take(
+        self,
+        plan: MessagePlan,
+        data: bytes | bytearray | memoryview,
+        found: list[tuple[MappedSignal, Value]],
+        at: float,
+        lost: int,
+    ) -> list[Vector | Masses]:
         if plan.alive:
             self.heard_at = at
-        if plan.status is not None and (state := values.get(plan.status.name)) is not None:
-            self.status = _state(plan.status, int(state))
-        for signal in plan.signals:
-            raw = values.get(signal.name)
-            if raw is None:
-                continue
-            holds = signal.valid is None or values.get(signal.valid)
-            if signal.slot[1] in PAIRED and signal.slot in self._values:
+        if plan.status is not None and plan.state_of is not None and plan.status.shown(data):
+            self.status = plan.state_of(int(plan.status.raw(data)))
+        for mapped, value in found:
+            if mapped.slot[1] in PAIRED and mapped.slot in self._values:
                 self._refuse("unpaired")
-            self._values[signal.slot] = (raw * signal.factor if holds else None, at)
+            self._values[mapped.slot] = value
         if plan.planes:
             return self._corrections()
         out: list[Vector | Masses] = []
@@ -204,30 +261,32 @@ class FrameDecoder:
         if phase is not None:
             del values[name, "phase"]
         if amplitude[0] is None or not 0.0 <= amplitude[0] <= MOST:
-            self._refuse("not_valid" if amplitude[0] is None else "out_of_range")
+            self._refuse(amplitude[2] or "out_of_range")
             return None
-        speed = self._recent(SPEED, at)
+        if phase is not None and phase[2] == "not_available":
+            self.counts["not_available"] += 1  # the amplitude still gives a reading
+        speed, overall = self._recent(SPEED, at), self._recent((name, "overall"), at)
         return Vector(
             sensor=name,
             amplitude=amplitude[0],
             phase_deg=None if phase is None or phase[0] is None else _turned(phase[0]),
-            speed_rpm=speed or None,  # a drum that stands has none
-            overall_rms=self._recent((name, "overall"), at),
+            speed_rpm=None if speed is None else abs(speed) or None,  # a drum that stands has none
+            overall_rms=None if overall is None or overall < 0.0 else overall,
             lost=self._lost.pop(name, 0),
         )
 
     def _recent(self, slot: tuple[str, str], at: float) -> float | None:
         """A value that still holds; an old one is none."""
         value = self._values.get(slot)
-        if value is None or value[0] is None or at - value[1] > self.mapping.max_age_s:
+        if value is None or value[0] is None or at - value[1] > self.mapping.max_age_s or abs(value[0]) > MOST:
             return None
-        return value[0] if 0.0 <= value[0] <= MOST else None
+        return value[0]
 
     def _corrections(self) -> list[Vector | Masses]:
         """The balancer's answer, once all planes have it and it is a new one."""
         masses, numbers = [], set()
         for plane in self.mapping.corrections:
-            found = [self._values.get((plane.plane, key), (None, 0.0))[0] for key in ("mass", "angle", "number")]
+            found = [self._values.get((plane.plane, key), (None, 0.0, ""))[0] for key in ("mass", "angle", "number")]
             mass, angle, number = found
             if mass is None or angle is None or number is None:
                 return []
@@ -237,11 +296,6 @@ class FrameDecoder:
             return []
         self._answer = answer
         return [Masses(tuple(masses))]
-
-
-def _state(signal: Signal, value: int) -> str:
-    """A status in the words of the DBC, else as a number."""
-    return str(signal.choices.get(value, value)) if signal.choices else str(value)
 
 
 def _turned(degrees: float) -> float:

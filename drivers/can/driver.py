@@ -13,6 +13,7 @@ from drivers.can.decoder import FrameDecoder, Masses, Vector
 from drivers.can.frames import Frame, Frames, open_frames
 from drivers.can.mapping import CanMapping
 from drivers.can.message_plan import Counted
+from drivers.can.refusals import in_short
 from drivers.clock import Clock
 from drivers.reading import Answer, Counter, Mark, Reading
 
@@ -67,7 +68,8 @@ class CanDriver(BaseDriver):
             words.append(f"balancer silent for {silent:.0f} s")
         if decoder.status is not None:
             words.append(f"balancer {decoder.status}")
-        words += [f"{reason} {count}" for reason, count in decoder.counts.items() if count]
+        if any(decoder.counts.values()):
+            words.append(in_short(decoder.counts))
         if decoder.lost_frames:
             unread = f" (about {decoder.lost_unread} while nothing read the bus)" if decoder.lost_unread else ""
             words.append(f"frames lost {decoder.lost_frames}{unread}")

@@ -26,8 +26,9 @@ Frame = tuple[float | None, int, bool, bytes | bytearray, bool]
 """When it came (monotonic clock; None: just now), identifier, extended, data, whether it is a data frame."""
 
 RECORD = struct.Struct("<dIBB8s")
-"""A frame between processes: time, identifier, flags, length, data."""
-EXTENDED, NO_DATA = 1, 2
+"""A frame between processes: time, identifier, flags, length, data; of more than 8 bytes, what follows 8 at a time."""
+EXTENDED, NO_DATA, CONTINUED = 1, 2, 4
+PART = 8
 READY = b"R"
 """The first byte a reader sends: the bus is open."""
 AT_ONCE = 1000
@@ -76,8 +77,41 @@ class FramesHere:
 
 
 def holds_data(message: can.Message) -> bool:
-    """Whether it is a classic data frame: not remote, error or FD."""
-    return not (message.is_error_frame or message.is_remote_frame or message.is_fd)
+    """Whether it is a data frame: neither remote nor error."""
+    return not (message.is_error_frame or message.is_remote_frame)
+
+
+def packed(at: float, message: can.Message) -> bytes:
+    """A frame as records; one of CAN FD may take several."""
+    flags = EXTENDED * message.is_extended_id | NO_DATA * (not holds_data(message))
+    data = bytes(message.data)
+    first = RECORD.pack(at, message.arbitration_id, flags, len(data), data[:PART])
+    if len(data) <= PART:
+        return first
+    rest = (data[start : start + PART] for start in range(PART, len(data), PART))
+    return first + b"".join(RECORD.pack(at, message.arbitration_id, CONTINUED, 0, part) for part in rest)
+
+
+def unpacked(records: memoryview) -> tuple[list[Frame], int]:
+    """Frames in whole records, and how many bytes of these they took: the last frame may go on in records to come."""
+    frames: list[Frame] = []
+    used = at_record = 0
+    waiting = b""
+    head: tuple[float, int, int, int] | None = None
+    for at, identifier, flags, length, data in RECORD.iter_unpack(records):
+        at_record += RECORD.size
+        if flags & CONTINUED:
+            waiting += data
+            if head is None or len(waiting) < head[3]:
+                continue
+            at, identifier, flags, length = head
+            data, head = waiting, None
+        elif length > PART:
+            head, waiting = (at, identifier, flags, length), data
+            continue
+        frames.append((at, identifier, bool(flags & EXTENDED), data[:length], not flags & NO_DATA))
+        used = at_record
+    return frames, used
 
 
 class FramesApart:
@@ -107,11 +141,9 @@ class FramesApart:
             raise BusUnavailable(self._last_words())
         found = self._rest + found
         whole = len(found) - len(found) % RECORD.size
-        self._rest = found[whole:]
-        return [
-            (at, identifier, bool(flags & EXTENDED), data[:length], not flags & NO_DATA)
-            for at, identifier, flags, length, data in RECORD.iter_unpack(memoryview(found)[:whole])
-        ]
+        frames, used = unpacked(memoryview(found)[:whole])
+        self._rest = found[used:]
+        return frames
 
     def close(self) -> None:
         """End the process: it sees its way in closed."""

@@ -5,7 +5,6 @@ It decodes nothing and waits for nobody: what its reader has not taken yet is ke
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import signal
@@ -14,7 +13,7 @@ import threading
 import time
 
 from drivers.can.bus import BusAddress, bus_errors, open_bus
-from drivers.can.frames import EXTENDED, NO_DATA, READY, RECORD, holds_data
+from drivers.can.frames import READY, packed
 from drivers.errors import BusUnavailable
 
 FLUSH_S = 0.005
@@ -53,9 +52,7 @@ def drain(address: BusAddress, out: int, stop: threading.Event) -> None:
                 message = bus.recv(FLUSH_S if waiting else IDLE_S)
                 now = time.monotonic()
                 if message is not None and len(waiting) < MOST_BYTES:
-                    flags = EXTENDED * message.is_extended_id | NO_DATA * (not holds_data(message))
-                    data = bytes(message.data[:8])
-                    waiting += RECORD.pack(now, message.arbitration_id, flags, len(data), data)
+                    waiting += packed(now, message)
                 if waiting and (message is None or now - written_at >= FLUSH_S):
                     written_at = now
                     _write(out, waiting)
@@ -81,8 +78,10 @@ def _write(out: int, waiting: bytearray) -> None:
 
 def _widen(out: int) -> None:
     try:
+        import fcntl  # POSIX alone has it
+
         fcntl.fcntl(out, fcntl.F_SETPIPE_SZ, PIPE_BYTES)
-    except (OSError, AttributeError):
+    except (ImportError, OSError, AttributeError):
         return  # as long as it is
 
 

@@ -10,7 +10,6 @@ from cantools.database.can import Message
 
 from drivers.can.bus import BusAddress, bus_errors, open_bus
 from drivers.can.mapping import CanMapping, Field
-from drivers.can.message_plan import NODE_MASK
 from drivers.errors import InvalidSetting
 from drivers.reading import Answer, Reading
 
@@ -64,7 +63,8 @@ class FrameEncoder:
             raw, holds = self._raw(field, value)
             signals[field.signal] = raw
             if field.valid is not None:
-                signals[field.valid] = float(holds)
+                flag = self._messages[field.message].get_signal_by_name(field.valid.signal)
+                signals[flag.name] = flag.offset + flag.scale * field.valid.example(holds, flag.length)
         return [self._frame(self._messages[name], signals) for name, signals in grouped.items()]
 
     def _raw(self, field: Field, value: float | None) -> tuple[float, bool]:
@@ -95,7 +95,7 @@ class FrameEncoder:
         node = self._mapping.node
         identifier = message.frame_id
         if message.is_extended_frame and node is not None:
-            identifier = (identifier & (NODE_MASK | 0x1C000000)) | node
+            identifier = (identifier & ~0xFF) | node
         return can.Message(arbitration_id=identifier, is_extended_id=message.is_extended_frame, data=data)
 
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from drivers.can.log import OnError
+from drivers.can.logs.can_log import OnError
 from drivers.closeable import Closed
 from drivers.errors import READABLE, WRITABLE, LogError
 from drivers.reading import Reading

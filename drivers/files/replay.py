@@ -12,8 +12,9 @@ from typing import Any
 from drivers.base import BaseDriver
 from drivers.can.decoder import FrameDecoder, Vector
 from drivers.can.driver import reading_of
-from drivers.can.log import SUFFIXES, OnError, read_can_log
+from drivers.can.logs.can_log import SUFFIXES, CanLog, OnError, suffix_of
 from drivers.can.mapping import CanMapping
+from drivers.can.refusals import counted, table
 from drivers.checks import require
 from drivers.clock import Clock
 from drivers.errors import READABLE, BrokenSource, InvalidSetting, LogError
@@ -23,16 +24,17 @@ from drivers.reading_rules import reading_from_dict
 
 RECORDING_SUFFIXES = (".jsonl", ".ndjson")
 SESSION_FORMAT = "drumtrue-session"
-NO_READING = "give another file; of a CAN log check the mapping too (--mapping, --sensors, --j1939)"
+CHECK_MAPPING = "check the mapping (--mapping, --sensors, --j1939)"
 
 
 class ReplayDriver(BaseDriver):
     """Readings of a file in its order, each waited for as its time says, divided by `speed`; speed None: at once.
 
     source: names all readings anew; without it they keep the file's, of which there may be one only. Numbers are the
-    file's where it is a recording, else they count from 1; `after` passes over those up to it. Times that go back are
-    held. It ends with the file; opened again it goes on where it was closed. on_error: see `read_can_log`. Raises
-    `LogError` for a file without a reading.
+    file's where it is a recording, those of a CAN log count from its first moment, others from 1; `after` passes over
+    those up to it. Times that go back are held. It ends with the file; opened again it goes on where it was closed.
+    on_error: see `CanLog`. started_at: of a CAN log, before what it says itself. Raises `LogError` for a file without a
+    reading.
     """
 
     def __init__(
@@ -46,16 +48,23 @@ class ReplayDriver(BaseDriver):
         shift: timedelta = timedelta(),
         after: int = -1,
         on_error: OnError | None = None,
+        started_at: datetime | None = None,
     ) -> None:
         require(speed is None or speed > 0.0, f"speed {speed} of the replay", "be above 0")
-        self._readings = _shifted(open_log(path, mapping, on_error), shift)
+        self.frames = LogReadings(path, mapping, on_error, started_at) if is_can_log(path) else None
+        readings = open_log(path, mapping, on_error) if self.frames is None else iter(self.frames)
+        self._readings = _shifted(readings, shift, numbers=self.frames is not None)
         self._first = next(self._readings, None)
         if self._first is None:
-            raise LogError(path, None, "it holds no reading", NO_READING)
+            raise _nothing_read(path, self.frames)
         super().__init__(source or self._first.source or "replay", sequence_start=0)
         self._path, self._clock, self._speed, self._after = path, clock, speed, after
         self._renamed = source is not None
         self._last_time: datetime | None = None
+
+    def told(self) -> list[str]:
+        """What to tell of a CAN log once it was read: how its start is known, and why frames gave no reading."""
+        return [] if self.frames is None else self.frames.told()
 
     def _next(self) -> Reading | None:
         """Raises `LogError` for a wrong line, unless there is on_error, and for a reading of a second source."""
@@ -87,7 +96,17 @@ class ReplayDriver(BaseDriver):
             raise LogError(self._path, None, str(error)) from error
 
 
-def open_log(path: Path, mapping: CanMapping | None = None, on_error: OnError | None = None) -> Iterator[Reading]:
+def is_can_log(path: Path) -> bool:
+    """Whether a file is a CAN log, by its suffix."""
+    return suffix_of(path) in SUFFIXES
+
+
+def open_log(
+    path: Path,
+    mapping: CanMapping | None = None,
+    on_error: OnError | None = None,
+    started_at: datetime | None = None,
+) -> Iterator[Reading]:
     """Readings of a file by its suffix: .jsonl a recording, .json a session log, else a CAN log, read by `mapping`.
 
     Raises `LogError` while it is read, `InvalidSetting` for a CAN log without a mapping.
@@ -97,24 +116,67 @@ def open_log(path: Path, mapping: CanMapping | None = None, on_error: OnError | 
         return read_recording(path, on_error)
     if suffix == ".json":
         return read_session_log(path, on_error)
-    if suffix not in SUFFIXES:
+    if not is_can_log(path):
         known = ", ".join((*RECORDING_SUFFIXES, ".json", *SUFFIXES))
         raise LogError(path, None, f"{suffix!r} is no suffix of a log that can be read", f"give one of {known}")
-    if mapping is None:
-        raise InvalidSetting(f"{path} is a CAN log: name the mapping of its balancer")
-    return read_frames(path, mapping, on_error)
+    return iter(LogReadings(path, mapping, on_error, started_at))
 
 
-def read_frames(path: Path, mapping: CanMapping, on_error: OnError | None = None) -> Iterator[Reading]:
-    """Readings in a CAN log, taken at the times of its frames; numbers leave gaps where its counters do."""
-    decoder, sequence, latest = FrameDecoder(mapping), 0, 0.0
-    for frame in read_can_log(path, on_error):
-        latest = max(latest, frame.timestamp)
-        is_data = not (frame.is_error_frame or frame.is_remote_frame or frame.is_fd)
-        for found in decoder.feed(frame.arbitration_id, frame.is_extended_id, frame.data, latest, is_data=is_data):
-            if isinstance(found, Vector):
-                sequence += found.lost + 1
-                yield reading_of(found, path.stem, sequence, datetime.fromtimestamp(latest, UTC))
+class LogReadings:
+    """Readings in a CAN log, once, taken at the times of its frames; numbers leave gaps where its counters do.
+
+    Numbers count from the first reading's microsecond: a log that is read again gives the same ones, and another log
+    of the same source gives others. Raises `InvalidSetting` where there is no mapping.
+    """
+
+    def __init__(
+        self, path: Path, mapping: CanMapping | None, on_error: OnError | None, started_at: datetime | None
+    ) -> None:
+        if mapping is None:
+            raise InvalidSetting(f"{path} is a CAN log: name the mapping of its balancer (--mapping, or --sensors)")
+        self.log = CanLog(path, on_error, started_at=started_at, names=mapping.identifiers())
+        self.decoder = FrameDecoder(mapping)
+
+    def __iter__(self) -> Iterator[Reading]:
+        decoder, sequence, latest = self.decoder, 0, 0.0
+        for frame in self.log:
+            latest = max(latest, frame.timestamp)
+            for found in decoder.feed(
+                frame.arbitration_id, frame.is_extended_id, frame.data, latest, is_data=frame.is_data
+            ):
+                if isinstance(found, Vector):
+                    sequence = sequence + found.lost + 1 if sequence else round(latest * 1e6)
+                    yield reading_of(found, self.log.path.stem, sequence, datetime.fromtimestamp(latest, UTC))
+
+    def told(self) -> list[str]:
+        """What the user should know: notes on the log, and the table of reasons."""
+        lines = [f"{self.log.path}: {note}" for note in self.log.notes]
+        if counted(self.decoder.counts):
+            lines += [f"frames without a reading, of {self.decoder.frames}:", *table(self.decoder.counts)]
+        return lines
+
+
+def _nothing_read(path: Path, readings: LogReadings | None) -> LogError:
+    """Why a file gives no reading, as far as its frames tell."""
+    if readings is None:
+        return LogError(path, None, "it holds no reading", "give another file", code="nothing_read")
+    decoder = readings.decoder
+    reasons, frames = counted(decoder.counts), decoder.frames
+    if not frames:
+        what, advice = "and no frame of a bus", "give another file"
+    elif not reasons:
+        what, advice = f"; its {frames} frames have no sensor's amplitude and phase both", CHECK_MAPPING
+    elif reasons.keys() == {"foreign"}:
+        seen = ", ".join(f"{number:X}{'x' if extended else ''}" for number, extended in decoder.foreign)
+        what, advice = (
+            f": none of its {frames} frames is of a mapped message; their identifiers are {seen}",
+            CHECK_MAPPING,
+        )
+    else:
+        lines = "\n".join(table(decoder.counts))
+        what, advice = f"; why, of {frames} frames:\n{lines}\n ", "see the reasons above"
+    space = "" if what[0] in ":;" else " "
+    return LogError(path, None, f"it holds no reading{space}{what}", advice, code="nothing_read")
 
 
 def read_session_log(path: Path, on_error: OnError | None = None) -> Iterator[Reading]:
@@ -160,6 +222,9 @@ def _json(path: Path) -> object:
     return found
 
 
-def _shifted(readings: Iterator[Reading], shift: timedelta) -> Iterator[Reading]:
+def _shifted(readings: Iterator[Reading], shift: timedelta, *, numbers: bool) -> Iterator[Reading]:
+    """Readings moved in time; numbers: theirs count from the time, and are moved with it."""
+    step = round(shift / timedelta(microseconds=1)) if numbers else 0
     for reading in readings:
-        yield replace(reading, taken_at=reading.taken_at + shift) if shift else reading
+        moved = replace(reading, taken_at=reading.taken_at + shift, sequence=reading.sequence + step)
+        yield moved if shift else reading

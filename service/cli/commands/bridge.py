@@ -16,11 +16,12 @@ from drivers.can.bus import BusAddress, parse_bus
 from drivers.can.driver import CanDriver
 from drivers.can.mapping import CanMapping
 from drivers.clock import SystemClock
+from drivers.files.replay import is_can_log
 from drivers.protocol import Driver
 from drivers.reading import Mark
 from service.cli.support.can_options import mapping_of
 from service.cli.support.signals import on_stop
-from service.cli.support.sources import StandIn, Waveform, named, require_read, stand_in
+from service.cli.support.sources import Recorded, StandIn, Waveform, named, require_read, stand_in, tell_of
 
 DEFAULT_SPOOL = Path.home() / ".local" / "share" / "drumtrue" / "spool"
 
@@ -58,7 +59,9 @@ def bridge_until_stopped(
     stop, clock = threading.Event(), SystemClock()
     on_stop(stop.set)
     # A file has a spool of its own: an older one, read later, has lower numbers than what the source sent before.
-    path = spool or spool_of(f"{source}-{read.file.name}" if isinstance(read, Waveform) else source)
+    file = read.file if isinstance(read, Waveform | Recorded) else None
+    own = file is not None and (isinstance(read, Waveform) or is_can_log(file))
+    path = spool or spool_of(f"{source}-{file.name}" if file is not None and own else source)
     with Spool(path, max_bytes=max_bytes) as kept:
         if send_again:
             tell(f"{kept.send_again()} readings that were set aside are sent again")
@@ -89,13 +92,16 @@ def bridge_until_stopped(
         tell(f"bridge: {read.address if isinstance(read, BusChoice) else named(read)} as {source!r} -> {path} -> {url}")
         if kept.waiting():
             tell(f"{kept.waiting()} readings wait from before")
-        bridge.run()
+        try:
+            bridge.run()
+        finally:
+            tell_of(driver)
         require_read(driver)
 
 
 def patience_with(read: BusChoice | StandIn, wait_s: float | None) -> Patience | None:
     """How long is gone on with a source whose readings are not taken; None: for good."""
-    if not isinstance(read, Waveform | Path):
+    if not isinstance(read, Waveform | Recorded):
         return None
     return Patience() if wait_s is None else Patience(away_s=wait_s, refused_s=wait_s)
 

@@ -55,7 +55,7 @@ def bridge(
     planes: can_options.Planes = "1,2",
     j1939: can_options.J1939 = False,
     simulated: Annotated[bool, typer.Option("--simulated", help="Read a simulated drum instead of a bus.")] = False,
-    replay: Annotated[Path | None, typer.Option(help="Read a recording instead, at once and to its end.")] = None,
+    replay: Annotated[Path | None, typer.Option(help="Read a recording or CAN log, at once and to its end.")] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**53 - 1, help="Which simulated drum.")] = 1,
     interval: Annotated[float, typer.Option(min=0.0001, help="Seconds between its readings.")] = 1.0,
     waveforms: can_options.Waveforms = False,
@@ -79,15 +79,18 @@ def bridge(
     if [bool(can), simulated, replay is not None, waveform is not None].count(True) != 1:
         raise typer.BadParameter("name a bus, --simulated, or a file with --replay or --waveform", param_hint="--can")
     from service.cli.commands.bridge import BusChoice, bridge_until_stopped, bus_choice
-    from service.cli.support.sources import Simulation, StandIn, waveform_of
+    from service.cli.support.sources import Recorded, Simulation, StandIn, waveform_of
 
     read: BusChoice | StandIn
     if can:
         read = bus_choice(can, mapping, sensors, planes, j1939=j1939)
     elif waveform is not None:
         read = waveform_of(waveform, layout, started_at)
+    elif replay is not None:
+        messages = can_options.mapping_of(mapping, sensors, planes, j1939=j1939)
+        read = Recorded(replay, messages, started_at)
     else:
-        read = replay or Simulation(seed, interval, waveforms)
+        read = Simulation(seed, interval, waveforms)
     bridge_until_stopped(
         read,
         url=url,
@@ -188,4 +191,5 @@ def replay(
         speed=speed,
         as_now=as_now,
         keep_going=keep_going,
+        started_at=started_at,
     )

@@ -21,7 +21,7 @@ from drivers.reading import Reading
 from service.cli.commands.bridge import BusChoice, first_sequence
 from service.cli.support.can_options import mapping_of
 from service.cli.support.signals import on_stop
-from service.cli.support.sources import StandIn, Waveform, require_read, stand_in, why_refused
+from service.cli.support.sources import StandIn, Waveform, require_read, stand_in, tell_of, why_refused
 
 BATCH = 500
 
@@ -46,6 +46,7 @@ def record_until_stopped(file: Path, read: BusChoice | StandIn, source: str, cou
     print(
         f"{recorder.written} readings in {file}, missed {health.missed}, refused {health.refused}" + why_refused(driver)
     )
+    tell_of(driver)
     try:
         require_read(driver)
     except UnreadableFile:
@@ -67,6 +68,7 @@ def replay_file(
     speed: float | None,
     as_now: bool,
     keep_going: bool,
+    started_at: datetime | None = None,
 ) -> int:
     """Replay one file to a service or onto a bus; returns how many errors were passed over.
 
@@ -91,8 +93,9 @@ def replay_file(
             source=source,
             mapping=messages,
             speed=speed,
-            shift=_to_now(path, messages) if as_now else timedelta(),
+            shift=_to_now(path, messages, started_at) if as_now else timedelta(),
             on_error=on_error if keep_going else None,
+            started_at=started_at,
         )
     out: Outlet = HttpOut(url, batch_size=BATCH, token=token) if to == "http" else CanOut(parse_bus(bus), messages)
     sent = 0
@@ -109,13 +112,14 @@ def replay_file(
             + (f", {refused} refused" if refused else "")
             + why_refused(replay)
         )
+        tell_of(replay)
     require_read(replay)
     return len(errors)
 
 
-def _to_now(file: Path, mapping: CanMapping) -> timedelta:
+def _to_now(file: Path, mapping: CanMapping, started_at: datetime | None) -> timedelta:
     """From the time of the file's first reading to the present."""
-    first = next(open_log(file, mapping, lambda _: None), None)
+    first = next(open_log(file, mapping, lambda _: None, started_at), None)
     return timedelta() if first is None else datetime.now(UTC) - first.taken_at
 
 

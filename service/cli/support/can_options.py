@@ -41,7 +41,7 @@ StartedAt = Annotated[
     datetime | None,
     typer.Option(
         formats=["%Y-%m-%dT%H:%M:%S%z", "%Y-%m-%dT%H:%M:%S.%f%z"],
-        help="When the waveform's first sample was taken, RFC 3339; default: what the layout says.",
+        help="When a waveform's first sample was taken, or a CAN log began, RFC 3339; default: what it says itself.",
     ),
 ]
 Waveforms = Annotated[

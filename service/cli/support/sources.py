@@ -7,11 +7,14 @@ from datetime import datetime
 from pathlib import Path
 
 from drivers.block_driver import BlockDriver
+from drivers.can.driver import CanDriver
+from drivers.can.mapping import CanMapping
+from drivers.can.refusals import counted, table
 from drivers.clock import Clock, SystemClock
 from drivers.errors import InvalidSetting, UnreadableFile
 from drivers.files.driver import WaveformFile
 from drivers.files.layout_file import Layouts, read_layout
-from drivers.files.replay import ReplayDriver
+from drivers.files.replay import ReplayDriver, is_can_log
 from drivers.protocol import Driver
 from drivers.simulator.drum_driver import SimulatedDrum, threshing_drum_example
 from drivers.simulator.waveform_driver import SimulatedWaveforms
@@ -78,8 +81,16 @@ class Simulation:
         )
 
 
-StandIn = Waveform | Simulation | Path
-"""Path: of a recording."""
+@dataclass(frozen=True)
+class Recorded:
+    """A recording, session log or CAN log, with what the last needs: a mapping, and its start if it states none."""
+
+    file: Path
+    mapping: CanMapping | None = None
+    started_at: datetime | None = None
+
+
+StandIn = Waveform | Simulation | Recorded
 
 
 def stand_in(one: StandIn, source: str, first: int, highest: int) -> Driver:
@@ -88,13 +99,32 @@ def stand_in(one: StandIn, source: str, first: int, highest: int) -> Driver:
         return one.driver(source)
     if isinstance(one, Simulation):
         return one.driver(source, first, SystemClock())
-    return ReplayDriver(one, clock=SystemClock(), source=source, after=highest)
+    return ReplayDriver(
+        one.file,
+        clock=SystemClock(),
+        source=source,
+        mapping=one.mapping,
+        started_at=one.started_at,
+        # A CAN log has numbers of its own time, and an older one, read later, has lower ones.
+        after=-1 if is_can_log(one.file) else highest,
+    )
 
 
 def why_refused(driver: Driver) -> str:
     """Why the first block was refused, to go behind a line of counts; empty where none was."""
     reason = driver.first_refusal if isinstance(driver, BlockDriver) else None
     return f"; the first because: {reason}" if reason else ""
+
+
+def tell_of(driver: Driver) -> None:
+    """Say how a CAN log's times are known, and why frames of a log or a bus gave no reading."""
+    lines: list[str] = []
+    if isinstance(driver, ReplayDriver):
+        lines = driver.told()
+    elif isinstance(driver, CanDriver) and counted(driver.decoder.counts):
+        lines = [f"frames without a reading, of {driver.decoder.frames}:", *table(driver.decoder.counts)]
+    for line in lines:
+        print(line, flush=True)
 
 
 def require_read(driver: Driver) -> None:
@@ -105,6 +135,4 @@ def require_read(driver: Driver) -> None:
 
 def named(one: StandIn) -> str:
     """What it is, in words."""
-    if isinstance(one, Waveform):
-        return str(one.file)
-    return str(one) if isinstance(one, Path) else "simulated drum"
+    return "simulated drum" if isinstance(one, Simulation) else str(one.file)

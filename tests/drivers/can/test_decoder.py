@@ -110,12 +110,13 @@ def test_a_silence_is_no_loss_that_could_be_told() -> None:
     assert decoder.lost_frames == 0
 
 
-def test_truncated_and_over_long_frames_are_refused() -> None:
+def test_a_frame_that_lacks_a_mapped_signal_is_refused_and_a_padded_one_is_read() -> None:
     decoder = FrameDecoder(standard_mapping(("P",)))
     frame = sensor_frames(1)[1]
-    for data in (b"", bytes(frame.data[:7]), bytes(frame.data) + b"\0"):
+    for data in (b"", bytes(frame.data[:1]), bytes(frame.data[:7])):
         assert decoder.feed(frame.arbitration_id, False, data, 0.0) == []
     assert counted(decoder) == {"wrong_length": 3}
+    assert amplitudes(decoder.feed(frame.arbitration_id, False, bytes(frame.data) + b"\xff" * 56, 0.0)) == [1]
 
 
 def test_frames_of_another_node_or_kind_are_not_ours() -> None:

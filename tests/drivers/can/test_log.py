@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drivers.can.log import SUFFIXES, read_can_log
+from drivers.can.logs.can_log import read_can_log
 from drivers.can.mapping_file import standard_mapping
 from drivers.clock import ManualClock
 from drivers.errors import InvalidSetting, LogError
@@ -24,6 +24,7 @@ from tests.support.drivers.frames import START, readings, sensor_frames
 
 MAPPING = standard_mapping(("P",))
 TEXT = (".log", ".csv", ".trc", ".asc")
+SUFFIXES = (*TEXT, ".blf")
 COUNT = 40
 
 
@@ -46,7 +47,7 @@ def test_a_log_gives_back_what_was_written(tmp_path: Path, suffix: str) -> None:
     path = write_log(tmp_path / f"bus{suffix}")
     found = list(open_log(path, MAPPING))
     assert [round(one.amplitude * 1000) for one in found] == list(range(1, COUNT + 1))
-    assert [one.sequence for one in found] == list(range(1, COUNT + 1))
+    assert [one.sequence - found[0].sequence for one in found] == list(range(COUNT))
     assert all(one.speed_rpm == pytest.approx(460.0) for one in found)
     steps = [(b.taken_at - a.taken_at).total_seconds() for a, b in pairwise(found)]
     assert steps == pytest.approx([0.01] * (COUNT - 1), abs=0.0011)
@@ -77,20 +78,33 @@ def test_a_wrong_line_is_told_with_its_number_and_the_rest_is_used_if_asked(tmp_
 @pytest.mark.parametrize(
     ("suffix", "line", "words"),
     [
-        (".csv", "0.1,2.0,3.0,4.0", r"line 2: it has too few parts: .*a waveform is read with its layout \(--layout\)"),
-        (".csv", "1,0x1,0,0,0,8,A,", "it has too many parts: .*--layout"),
-        (".csv", "1,zz,0,0,0,8,AAAA", "'zz' is no hexadecimal number: .*; correct the file"),
-        (".csv", "1,0x1,0,0,0,e,AAAA", "'e' is no whole number"),
-        (".csv", "x,0x1,0,0,0,8,AAAA", "'x' is no number"),
-        (".csv", "1,0x1,0,0,0,8,A", "its data are no base64"),
-        (".asc", "0.5 1 zzz Rx d 8 00", "'zzz' is no hexadecimal number"),
-        (".log", "(1.0) can0", "it has too few parts"),
+        (".csv", "0.1,2.0,3.0,4.0", r"line 2: it has too few parts: "),
+        (".csv", "2e9,zz,0,0,0,8,AAAA", "'zz' is no hexadecimal number: .*; correct the file"),
+        (".csv", "x,0x1,0,0,0,8,AAAA", "'x' is no time"),
+        (".csv", "2e9,0x1,0,0,0,8,A", "its data 'A' are no base64"),
+        (".csv", "2e9,0x1,0,0,0,8,AAAA", "it has 3 bytes of data where 8 are announced"),
+        (".csv", "2e9,0xfffffffff,0,0,0,8,AAAA", "identifier '0xfffffffff' is too great"),
+        (".asc", "0.5 1 zzz Rx d 8 00", "'zzz' is no hexadecimal number, nor a message of the mapping's DBC"),
+        (".asc", "0.5 1 123 Rx d 8 00", "it has 1 bytes of data where 8 are announced"),
+        (".asc", "0,5 1 123 Rx d 1 00", "time '0,5' has a decimal comma"),
+        (".log", "(1.0) can0", "it is no line of candump"),
+        (".log", "can0 123#00", "its lines have no time: record with `candump -l`"),
+        (".log", "(2000000000.0) can0 123#0g", "its data '0g' are no hexadecimal digits"),
+        (".log", "(2000000000.0) can0 123#112233445566778899", "it has 9 bytes of data; 8 are the most"),
     ],
 )
 def test_what_is_wrong_in_a_line_is_said_in_words(tmp_path: Path, suffix: str, line: str, words: str) -> None:
     path = tmp_path / f"bus{suffix}"
-    path.write_text(("" if suffix == ".log" else "a head\n") + line + "\n")
+    head = {".csv": "timestamp,arbitration_id,extended,remote,error,dlc,data\n", ".asc": "date 2026-05-04 08:30:00\n"}
+    path.write_text(head.get(suffix, "") + line + "\n")
     with pytest.raises(LogError, match=words):
+        numbers(path)
+
+
+def test_a_table_that_is_no_can_log_is_told_what_else_it_may_be(tmp_path: Path) -> None:
+    path = tmp_path / "wave.csv"
+    path.write_text("t,kp,P,Q\n0.1,2.0,3.0,4.0\n")
+    with pytest.raises(LogError, match=r"line 1: .*names no columns of a CAN log; .*with its layout \(--layout\)"):
         numbers(path)
 
 
@@ -102,6 +116,10 @@ def test_a_damaged_blf_is_told_and_what_lies_before_is_used_if_asked(tmp_path: P
         with pytest.raises(LogError, match=words):
             numbers(path)
         errors: list[LogError] = []
+        if damaged[:4] != whole[:4]:
+            with pytest.raises(LogError, match=words):
+                numbers(path, errors)
+            continue
         kept = numbers(path, errors)
         assert kept == list(range(1, len(kept) + 1))
         assert len(errors) == 1
