@@ -51,15 +51,17 @@ def solve_correction(
     key: str,
     saved: SavedInfluence | None = None,
     earlier: tuple[tuple[Run, ...], ...] = (),
+    on_rotor: tuple[MassOnRotor, ...] | None = None,
 ) -> Correction:
     """Continuous correction masses of a session; `runs` are those that are not excluded, in order.
 
-    saved: coefficients for source saved_influence. earlier: runs of the earlier sessions asked for. Raises InvalidInput
+    saved: coefficients for source saved_influence. earlier: runs of the earlier sessions asked for. on_rotor: ALL
+    masses on the rotor now, which the trim is counted from; None: those of the latest run. Raises InvalidInput
     or NumericsError where the request or the runs do not allow an answer.
     """
     check_fields(request)
     if request.source == "balancer":
-        return _balancer(machine, runs, request, number, key)
+        return _balancer(machine, runs, request, number, key, on_rotor)
     used = tuple(run.number for run in runs)
     if request.source == "saved_influence":
         if saved is None:
@@ -76,7 +78,7 @@ def solve_correction(
         fitted = fit_without_phase(machine, runs)
     else:
         fitted = fit_runs(machine, runs, run_out, earlier)
-    return _answered(machine, runs, request, fitted, number, key, used, saved, earlier)
+    return _answered(machine, runs, request, fitted, number, key, used, saved, earlier, on_rotor)
 
 
 def _answered(
@@ -89,14 +91,15 @@ def _answered(
     used: tuple[int, ...],
     saved: SavedInfluence | None,
     earlier: tuple[tuple[Run, ...], ...],
+    on_rotor: tuple[MassOnRotor, ...] | None,
 ) -> Correction:
     if request.source == "fit" and not any(earlier):
         _require_response(fitted)
-    asked = wishes(machine, runs, fitted.rows, request)
+    asked = wishes(machine, runs, fitted.rows, request, on_rotor)
     answer = _solve(machine, fitted, request, asked)
     fit, dof = fitted.fit, int(fitted.fit.scatter_dof.min())
     as_found = predict(fit, np.zeros(len(machine.planes), dtype=complex))
-    present = _present(machine, runs)
+    present = _present(machine, runs, on_rotor)
     return Correction(
         id=key,
         number=number,
@@ -115,10 +118,17 @@ def _answered(
         saved_influence=saved if request.source == "saved_influence" else None,
         earlier_runs=earlier,
         diagnostics=_diagnostics(machine, runs, fitted, request, asked, answer),
+        on_rotor=on_rotor,
     )
 
 
-def wishes(machine: Machine, runs: Sequence[Run], rows: Sequence[Channel], request: CorrectionRequest) -> Wishes:
+def wishes(
+    machine: Machine,
+    runs: Sequence[Run],
+    rows: Sequence[Channel],
+    request: CorrectionRequest,
+    on_rotor: tuple[MassOnRotor, ...] | None = None,
+) -> Wishes:
     """What the correction must respect, in arrays. Raises InvalidInput for an unknown plane."""
     planes: tuple[int, ...] | None = None
     if request.planes is not None:
@@ -132,7 +142,7 @@ def wishes(machine: Machine, runs: Sequence[Run], rows: Sequence[Channel], reque
         weights=1.0 / mapping.limits(machine, rows) if weighted else None,
         max_mass=None if request.max_mass_g is None else np.full(len(machine.planes), request.max_mass_g),
         planes=planes,
-        held=mapping.mass_vectors(machine, runs[-1].masses) if planes else None,
+        held=_present(machine, runs, on_rotor) if planes else None,
         mounted_later=None if later is None else mapping.mass_vectors(machine, later, "mounted_later"),
         damping=request.damping or 0.0,
     )
@@ -269,7 +279,14 @@ def _alternatives(
     return tuple(mapping.plane_masses(machine, _solve(machine, other, request, asked).masses) for other in others)
 
 
-def _balancer(machine: Machine, runs: Sequence[Run], request: CorrectionRequest, number: int, key: str) -> Correction:
+def _balancer(
+    machine: Machine,
+    runs: Sequence[Run],
+    request: CorrectionRequest,
+    number: int,
+    key: str,
+    on_rotor: tuple[MassOnRotor, ...] | None,
+) -> Correction:
     if request.masses is None:
         raise InvalidInput(
             "a balancer's answer has masses",
@@ -295,7 +312,7 @@ def _balancer(machine: Machine, runs: Sequence[Run], request: CorrectionRequest,
         influence=(),
         initial=(),
         corrections=mapping.plane_masses(machine, vectors),
-        trim=mapping.plane_masses(machine, vectors - _present(machine, runs)),
+        trim=mapping.plane_masses(machine, vectors - _present(machine, runs, on_rotor)),
         predicted=(),
         quality=None,
         static_couple=balance_quality.static_couple_of(machine, vectors),
@@ -304,6 +321,7 @@ def _balancer(machine: Machine, runs: Sequence[Run], request: CorrectionRequest,
         saved_influence=None,
         earlier_runs=(),
         diagnostics=(),
+        on_rotor=on_rotor,
     )
 
 
@@ -330,11 +348,10 @@ def _quality(fitted: Fitted, answer: Answer) -> FitQuality:
     )
 
 
-def _present(machine: Machine, runs: Sequence[Run]) -> ComplexArray:
-    """Masses (P,) complex g on the rotor in the latest run."""
-    if not runs:
-        return np.zeros(len(machine.planes), dtype=complex)
-    return mapping.mass_vectors(machine, runs[-1].masses)
+def _present(machine: Machine, runs: Sequence[Run], on_rotor: tuple[MassOnRotor, ...] | None) -> ComplexArray:
+    """Masses (P,) complex g on the rotor now; where that is not known, those of the latest run."""
+    last = runs[-1].masses if runs else ()
+    return mapping.mass_vectors(machine, last if on_rotor is None else on_rotor)
 
 
 def _placement_spread(

@@ -90,6 +90,7 @@ def _correction(log: SessionLog, given: Correction) -> Correction:
         key=given.id,
         saved=given.saved_influence,
         earlier=given.earlier_runs,
+        on_rotor=given.on_rotor,
     )
     return replace(again, stale=given.stale, trim=given.trim or again.trim)
 

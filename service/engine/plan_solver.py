@@ -19,8 +19,8 @@ from service.engine import mapping
 from service.engine.correction_solver import predicted_with
 from service.engine.kept_masses import broken_limits
 from service.engine.plan_methods import Part, Solved, run_method
-from service.engine.selection_problem import Ground, Posed, as_found_placement, in_order, on_now, pose
-from service.engine.validation import plane_index, position_index
+from service.engine.rotor_state import Mounted, changes, pieces_of
+from service.engine.selection_problem import Ground, Posed, pose
 from service.errors import Conflict, InvalidInput
 from service.model.correction import SensorVector
 from service.model.machine import Machine
@@ -56,7 +56,7 @@ def solve_plan(
         request=request,
         inputs=ground.inputs,
         **vars(offer),
-        changes=changes(ground, offer.placements, offer.taken_off) if chosen else (),
+        changes=changes_of(ground, offer.placements, offer.taken_off) if chosen else (),
         objective_unit=UNIT[request.objective],
         objective_scatter=posed.uncertainty or None,
         predicted=_predicted(posed, result.vectors, offer.placements) if chosen else (),
@@ -158,25 +158,15 @@ def refitted(ground: Ground, plan: Plan, actual: tuple[Placement, ...]) -> Plan:
     )
 
 
-def changes(ground: Ground, wanted: Sequence[Placement], off: Sequence[Placement]) -> tuple[Change, ...]:
-    """What to remove, keep and add to get from the rotor as it is to the one wanted; pieces of one kind are alike."""
-    machine = ground.machine
-    movable = [as_found_placement(machine, piece) for piece in on_now(ground) if piece.may != "stay"]
-    left = [*ground.inputs.present, *movable]
-    staying = [as_found_placement(machine, piece) for piece in ground.as_found if piece.may != "stay"]
-    for piece in off:
-        if piece in staying:
-            staying.remove(piece)
-    kept, added = [], []
-    for piece in in_order(machine, (*wanted, *staying)):
-        match = next((p for p in left if _same_piece(machine, p, piece)), None)
-        if match is None:
-            added.append(Change(action="add", placement=piece))
-        else:
-            left.remove(match)
-            kept.append(Change(action="keep", placement=match))
-    removed = [Change(action="remove", placement=piece) for piece in left]
-    return tuple(removed + kept + added)
+def changes_of(ground: Ground, wanted: Sequence[Placement], off: Sequence[Placement]) -> tuple[Change, ...]:
+    """What to remove, keep and add to get from the rotor as it was when the plan was made to the one wanted."""
+    inputs = ground.inputs
+    if inputs.on_rotor is None:
+        present = Mounted(inputs.present, inputs.present_off)
+    else:
+        known = (*inputs.present, *inputs.present_off)
+        present = pieces_of(ground.machine, ground.as_found, inputs.on_rotor, known)
+    return changes(ground.machine, ground.as_found, present, wanted, off)
 
 
 def forces(machine: Machine, target: ComplexArray, vectors: ComplexArray) -> BearingForces | None:
@@ -209,14 +199,6 @@ def _placement_spread(posed: Posed, result: SelectionResult) -> float | None:
     if tolerance is None or result.pieces is None:
         return None
     return placement_uncertainty(posed.problem, result.pieces, math.radians(tolerance))
-
-
-def _same_piece(machine: Machine, one: Placement, other: Placement) -> bool:
-    if (one.plane, one.mass_g, one.fastener_g) != (other.plane, other.mass_g, other.fastener_g):
-        return False
-    plane = machine.planes[plane_index(machine, one.plane, "plane")]
-    places = [position_index(plane, piece.position_deg, "position_deg") for piece in (one, other)]
-    return places[0] == places[1]
 
 
 def _per_method(solved: Solved) -> tuple[MethodResult, ...]:

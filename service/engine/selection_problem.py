@@ -18,6 +18,7 @@ from service.engine import mapping
 from service.engine.correction_solver import correction_vectors
 from service.engine.influence_fits import Fitted, fit_again
 from service.engine.objective_uncertainty import objective_scatter
+from service.engine.rotor_state import as_found_placement, in_order
 from service.engine.validation import POSITION_TOLERANCE_DEG, hole_label, plane_index, position_index
 from service.errors import Conflict, InvalidInput
 from service.model.correction import Correction
@@ -138,12 +139,6 @@ def on_now(ground: Ground) -> tuple[AsFoundPiece, ...]:
     return tuple(left)
 
 
-def as_found_placement(machine: Machine, piece: AsFoundPiece) -> Placement:
-    """An as-found piece where it sits."""
-    plane = machine.planes[plane_index(machine, piece.plane, "on_rotor.plane")]
-    return moved_to(plane, position_index(plane, piece.position_deg, "on_rotor.position_deg"), piece.mass_g)
-
-
 def moved_to(plane: Plane, position: int, mass_g: float) -> Placement:
     """A piece of the as-found rotor in a position."""
     return Placement(
@@ -153,12 +148,6 @@ def moved_to(plane: Plane, position: int, mass_g: float) -> Placement:
         mass_g=mass_g,
         from_box=False,
     )
-
-
-def in_order(machine: Machine, placements: Sequence[Placement]) -> tuple[Placement, ...]:
-    """Placements as the technician walks round the drum: by plane, position, mass."""
-    names = [plane.name for plane in machine.planes]
-    return tuple(sorted(placements, key=lambda p: (names.index(p.plane), p.position_deg, p.mass_g)))
 
 
 def _fitted_piece(machine: Machine, piece: AsFoundPiece) -> FittedPiece:

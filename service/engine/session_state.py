@@ -1,15 +1,19 @@
-"""The session as a state machine: what may follow what, and what to do instead."""
+"""The session as a state machine: what may follow what, what is next, and what to do instead."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, Protocol
 
 from service.errors import OutOfOrder
 from service.model.correction import Correction
 from service.model.machine import Machine
+from service.model.plan import Plan
 from service.model.run import Run
-from service.model.session import SessionState
+from service.model.session import SessionState, Step
+from service.model.stop import Stop
 
 Event = Literal["run", "check", "correction", "plan", "fitted", "unfit", "close"]
 
@@ -22,34 +26,20 @@ _AFTER: dict[Event, SessionState] = {
     "close": "closed",
 }
 
-_NEXT: dict[str, str] = {
-    "open": "take an initial run and a trial run in each plane, then ask for corrections",
-    "corrected": "ask for a plan: which stock masses go into which holes",
-    "planned": "stop and lock the machine, fit the masses of the plan, then report them fitted",
-    "fitted": "take a check run",
-    "checked": "close the session, or ask for corrections again to trim",
+_NEXT: dict[Step, str] = {
+    "initial": "take an initial run and a trial run in each plane, then ask for corrections",
+    "trial": "take a trial run in each plane, then ask for corrections",
+    "correction": "ask for corrections",
+    "plan": "ask for a plan: which stock masses go into which holes",
+    "fit": "stop and lock the machine, fit the masses of the plan, then report them fitted",
+    "check": "take a check run",
+    "decide": "close the session, or ask for corrections again to trim",
     "closed": "the session is finished; open a new one to go on",
 }
 
 
-def next_step(state: str, machine: Machine, runs: Sequence[Run], corrections: Sequence[Correction]) -> str:
-    """What to do next, in a sentence; before a plan what is missing in fact, all runs but excluded ones counted."""
-    used = [run for run in runs if not run.excluded]
-    if state != "open" or not used:
-        return _NEXT[state]
-    if corrections and not corrections[-1].stale:
-        return _NEXT["corrected"]
-    tried = {mass.plane for run in used for mass in run.masses}
-    missing = [f"a trial run in plane {plane.name}" for plane in machine.planes if plane.name not in tried]
-    if len(used) <= len(machine.planes) and all(run.kind != "initial" for run in used):
-        missing = ["an initial run", *missing]
-    if missing:
-        return f"take {' and '.join(missing)}, then ask for corrections"
-    return "ask for corrections again: the runs changed since" if corrections else "ask for corrections"
-
-
 class SessionFacts(Protocol):
-    """What the state machine asks of a session."""
+    """What the state machine asks of a session before an event."""
 
     @property
     def id(self) -> str:
@@ -62,6 +52,95 @@ class SessionFacts(Protocol):
     @property
     def fitted_plan_id(self) -> str | None:
         """The plan whose masses are mounted; None without one."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What the next step of a session follows from, all of it stored.
+
+    stops: empty for a client that states no stops.
+    """
+
+    state: SessionState
+    machine: Machine
+    runs: Sequence[Run]
+    corrections: Sequence[Correction]
+    plans: Sequence[Plan]
+    stops: Sequence[Stop] = ()
+
+    @cached_property
+    def used(self) -> tuple[Run, ...]:
+        """Runs that are not excluded."""
+        return tuple(run for run in self.runs if not run.excluded)
+
+    @cached_property
+    def planes_to_try(self) -> tuple[str, ...]:
+        """Planes in which no run had a mass."""
+        tried = {mass.plane for run in self.used for mass in run.masses}
+        return tuple(plane.name for plane in self.machine.planes if plane.name not in tried)
+
+    @cached_property
+    def needs_initial(self) -> bool:
+        """Whether the coefficients cannot be found without a run as found: too few others."""
+        return len(self.used) <= len(self.machine.planes) and all(run.kind != "initial" for run in self.used)
+
+    @cached_property
+    def correction(self) -> Correction | None:
+        """The latest correction, unless a run came after it."""
+        return self.corrections[-1] if self.corrections and not self.corrections[-1].stale else None
+
+    @cached_property
+    def plan(self) -> Plan | None:
+        """The latest plan, where it may be fitted."""
+        last = self.plans[-1] if self.plans else None
+        return last if last is not None and not last.stale and last.state in ("proposed", "unfitted") else None
+
+    @cached_property
+    def stop(self) -> Stop | None:
+        """The stop under way, or the one whose run is still to be taken."""
+        last = under_way(self.stops)
+        if last is not None:
+            return last
+        done = [stop for stop in self.stops if not stop.cancelled]
+        waits = bool(done) and done[-1].runs_before >= len(self.runs) and done[-1].purpose != "bare"
+        return done[-1] if waits else None
+
+    @cached_property
+    def step(self) -> Step:
+        """What is next."""
+        if self.state == "closed":
+            return "closed"
+        if self.stop is not None:
+            return _of_stop(self.stop)
+        if self.state == "fitted":
+            return "check"
+        if self.state == "checked":
+            return "decide"
+        if self.state == "planned" and self.plan is not None:
+            return "fit"
+        if self.correction is not None:
+            return "plan"
+        if self.needs_initial:
+            return "initial"
+        return "trial" if self.planes_to_try else "correction"
+
+
+def under_way(stops: Sequence[Stop]) -> Stop | None:
+    """The stop that is neither released nor given up."""
+    last = stops[-1] if stops else None
+    return last if last is not None and last.released_at is None and not last.cancelled else None
+
+
+def next_step(progress: Progress) -> str:
+    """What to do next, in a sentence; before a plan what is missing in fact, all runs but excluded ones counted."""
+    step = progress.step
+    if step == "correction" and progress.corrections:
+        return "ask for corrections again: the runs changed since"
+    if step not in ("initial", "trial") or not progress.used or progress.stop is not None:
+        return _NEXT[step]
+    missing = ["an initial run"] if progress.needs_initial else []
+    missing += [f"a trial run in plane {name}" for name in progress.planes_to_try]
+    return f"take {' and '.join(missing)}, then ask for corrections"
 
 
 def after(session: SessionFacts, event: Event) -> SessionState:
@@ -84,3 +163,9 @@ def after(session: SessionFacts, event: Event) -> SessionState:
     if event == "run":
         return "fitted" if session.fitted_plan_id is not None else "open"
     return _AFTER[event]
+
+
+def _of_stop(stop: Stop) -> Step:
+    if stop.purpose == "trial":
+        return "trial"
+    return "check" if stop.purpose == "plan" and stop.released_at is not None else "fit"

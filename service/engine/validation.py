@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import get_args
 
 from service.balancing.rotor.phasors import normal_degrees
@@ -59,17 +59,43 @@ def sensor_index(machine: Machine, name: str, field: str) -> int:
 
 def position_index(plane: Plane, angle_deg: float, field: str) -> int:
     """Index of the position at this angle. Raises InvalidInput."""
-    wanted = normal_degrees(angle_deg)
-    for index, position in enumerate(plane.positions_deg):
-        away = abs(position - wanted)
-        if min(away, 360.0 - away) <= POSITION_TOLERANCE_DEG:
-            return index
+    place = hole_at(plane, angle_deg)
+    if place is not None:
+        return place.index
     raise InvalidInput(
         f"{angle_deg:g} deg is no position of plane {plane.name!r}",
         field=field,
         value=angle_deg,
         advice=f"its positions are {', '.join(f'{p:g}' for p in plane.positions_deg)} deg",
     )
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A position of a plane: its index, and its label as on the drum."""
+
+    index: int
+    label: str
+
+
+def same_angle(one_deg: float, other_deg: float) -> bool:
+    """Whether two angles name the same position."""
+    away = abs(one_deg - other_deg) % 360.0
+    return min(away, 360.0 - away) <= POSITION_TOLERANCE_DEG
+
+
+def hole_at(plane: Plane, angle_deg: float) -> Hole | None:
+    """The position at this angle; None where there is none."""
+    for index, position in enumerate(plane.positions_deg):
+        if same_angle(position, angle_deg):
+            return Hole(index, hole_label(plane, index))
+    return None
+
+
+def label_at(plane: Plane, angle_deg: float) -> str | None:
+    """The label of the position at this angle; None where there is none."""
+    place = hole_at(plane, angle_deg)
+    return None if place is None else place.label
 
 
 def hole_label(plane: Plane, position: int) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,57 +11,16 @@ from service.balancing.rotor.tolerance import vibration_zone
 from service.balancing.rotor.units import Scale, convert_amplitude
 from service.engine import mapping
 from service.engine.mapping import Channel, amplitudes_of, limit_of
+from service.engine.rotor_state import Drum
 from service.model.correction import Tolerance
 from service.model.diagnostic import Diagnostic
 from service.model.machine import Machine
-from service.model.plan import Plan
 from service.model.report import BeforeAfter, Outcome, Verdict, Zone
-from service.model.run import MassOnRotor, Run, RunOut
-from service.model.stop import Stop
+from service.model.run import MassOnRotor, Run
 
 OFF_SPEED = 0.02
 """Share by which a measured speed may differ from the nominal one for a reading to stand for it."""
 _SAME_MASSES = 1e-6
-
-
-@dataclass(frozen=True)
-class Drum:
-    """What is stored of a drum: its runs, the plans stated fitted, and the stops in which masses were changed."""
-
-    machine: Machine
-    runs: tuple[Run, ...]
-    run_out: tuple[RunOut, ...]
-    plans: tuple[Plan, ...]
-    stops: tuple[Stop, ...]
-
-    @property
-    def fitted(self) -> Plan | None:
-        """The plan whose masses are bolted on."""
-        return next((plan for plan in self.plans if plan.state == "fitted"), None)
-
-    @property
-    def good(self) -> tuple[Run, ...]:
-        """Runs that are not excluded."""
-        return tuple(run for run in self.runs if not run.excluded)
-
-    @property
-    def speeds(self) -> tuple[float, ...]:
-        """Speeds, r/min, that limits are judged at: the service speed and each speed of an as-found run."""
-        as_found = {run.nominal_speed_rpm for run in self.good if run.kind == "initial"}
-        service = self.machine.service_speed_rpm
-        return (service, *sorted(as_found - {service}))
-
-
-def masses_now(drum: Drum) -> tuple[MassOnRotor, ...]:
-    """ALL masses on the rotor as last stated: by a plan fitted or taken off, a stop, or a run after these."""
-    fitted = () if drum.fitted is None else mapping.masses_on_rotor(drum.fitted)
-    last = drum.runs[-1] if drum.runs else None
-    if last is None or last.number <= _changed_after(drum):
-        return fitted
-    stated = [stop for stop in drum.stops if stop.masses is not None and stop.changed_at is not None]
-    if stated and (stated[-1].changed_at or last.taken_at) > last.taken_at:
-        return stated[-1].masses or ()
-    return last.masses
 
 
 def checks_of_now(drum: Drum) -> tuple[Run, ...]:

@@ -210,6 +210,8 @@ class Correction:
     """Runs of the earlier sessions that entered the fit, a tuple a session."""
     diagnostics: tuple[Diagnostic, ...]
     """What the technician should know, worst first."""
+    on_rotor: tuple[MassOnRotor, ...] | None = None
+    """ALL masses on the rotor when it was asked for, which `trim` is counted from; null: those of the latest run."""
     stale: bool = False
     """True: a run was added or excluded since."""
     tolerance_missing: str | None = None

@@ -9,6 +9,7 @@ from annotated_types import Ge, Gt, Le, Len
 
 from service.model.base import MAX_LIST, AngleDeg, Name, NotNegative, Positive, Seed, Small, document
 from service.model.correction import SensorVector
+from service.model.run import MassOnRotor
 
 ObjectiveName = Literal["residual_vibration", "components", "bearing_force"]
 NormName = Literal["sum", "max", "rms"]
@@ -221,6 +222,8 @@ class PlanInputs:
     """Version of Drumtrue."""
     catalogue_id: str | None = None
     """The box of stock masses; null where it is not stored."""
+    on_rotor: tuple[MassOnRotor, ...] | None = None
+    """ALL masses on the rotor when the plan was made, relative to the as-found rotor; null: before this was kept."""
 
 
 @document
@@ -290,6 +293,8 @@ class Plan:
     changed_after_run: int | None = None
     """How many runs the session had when the plan was last stated fitted or taken off: later runs are of the drum as it
     was left then. Null: never, or before this was kept."""
+    changed_at: datetime | None = None
+    """When the plan was last stated fitted or taken off, UTC. Null: never, or before this was kept."""
     version: int = 1
     """Counts the changes of the plan; its ETag."""
     reserved_until: datetime | None = None

@@ -12,10 +12,11 @@ from service.model.correction import Correction
 from service.model.diagnostic import Diagnostic
 from service.model.machine import Catalogue, Machine
 from service.model.plan import Plan
-from service.model.run import Run, RunOut
+from service.model.run import MassOnRotor, Run, RunOut
 from service.model.stop import Stop
 
 SessionState = Literal["open", "corrected", "planned", "fitted", "checked", "closed"]
+Step = Literal["initial", "trial", "correction", "plan", "fit", "check", "decide", "closed"]
 
 
 @document
@@ -114,6 +115,8 @@ class SetApart:
 class Session(SessionSummary):
     """A session: one drum being balanced."""
 
+    step: Step
+    """What is next: initial, trial, correction, plan, fit, check, decide, or closed."""
     next_step: str
     """What to do next, in a sentence."""
     machine: Machine
@@ -130,6 +133,8 @@ class Session(SessionSummary):
     """The plans, in order."""
     fitted_plan_id: str | None
     """The plan that is bolted on."""
+    masses_on_rotor: tuple[MassOnRotor, ...]
+    """ALL masses on the rotor now, relative to the as-found rotor, as last stated by a run, a stop or a fitted plan."""
     unchecked: tuple[Diagnostic, ...]
     """Why the drum, as it is now, is not known to run within its limits: what no check run has measured. Empty: every
     sensor with a limit was measured, at every speed."""

@@ -52,6 +52,8 @@ class Stop:
     """ALL masses on the rotor afterwards, relative to the as-found rotor; null until they are on."""
     changed_at: datetime | None = None
     """When the masses were stated to be on, UTC."""
+    changed_after_run: int | None = None
+    """How many runs the session had when the masses were stated; null: not yet, or before this was kept."""
     released_at: datetime | None = None
     """When bolts were stated torqued, tools out, guards on: the machine may run; UTC."""
     cancelled: bool = False

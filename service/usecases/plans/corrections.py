@@ -9,12 +9,14 @@ from db.store import Store
 from service.engine import session_state
 from service.engine.correction_solver import check_fields, solve_correction
 from service.engine.influence_fits import used
+from service.engine.rotor_state import on_rotor
 from service.errors import Conflict, InvalidInput
 from service.model.correction import Correction, CorrectionRequest
 from service.model.run import Run
 from service.runtime.context import Work, require
 from service.usecases.machines.influence import saved_for
 from service.usecases.optimistic_lock import require_seen
+from service.usecases.session_view import stored_drum
 
 
 def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
@@ -39,6 +41,7 @@ def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
             key=work.new_id(),
             saved=saved,
             earlier=_earlier_runs(store, session, request.earlier_sessions or ()),
+            on_rotor=on_rotor(stored_drum(store, session)),
         )
         store.add(CorrectionRow(id=correction.id, session_id=session.id, number=number, correction=correction))
         session.state = state

@@ -11,7 +11,8 @@ from db.rows import CatalogueRow, CorrectionRow, PlanRow, SessionRow
 from db.store import Store
 from service.engine import alternatives, session_state
 from service.engine.plan_solver import refitted, solve_plan
-from service.engine.selection_problem import Ground, in_order
+from service.engine.rotor_state import in_order, on_rotor
+from service.engine.selection_problem import Ground
 from service.engine.validation import hole_label, item_of, plane_index, position_index
 from service.errors import Conflict, InvalidInput, OutOfOrder
 from service.model.machine import CatalogueItem, Machine
@@ -29,6 +30,7 @@ from service.model.plan import (
 from service.runtime.context import Work, require
 from service.usecases.optimistic_lock import require_seen
 from service.usecases.plans.reservations import let_go, locked, other_box, require_its_box, require_placements
+from service.usecases.session_view import stored_drum, updated_plan
 from service.usecases.stock import ledger
 from service.version import __version__
 
@@ -77,7 +79,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
 def get(work: Work, plan_id: str) -> Plan:
     """One plan. Raises NotFound."""
     with work.read() as store:
-        return require(store, PlanRow, plan_id).plan
+        return updated_plan(store, require(store, PlanRow, plan_id))
 
 
 def front(work: Work, plan_id: str) -> tuple[FrontPoint, ...]:
@@ -138,7 +140,9 @@ def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
         ledger.exchange(store, box, net, at=now, session_id=session.id, plan_id=row.id)
         if before is not None:
             before.plan = replace(before.plan, state="replaced")
-        row.plan = replace(refitted(ground, row.plan, actual), state="fitted", changed_after_run=len(ground.runs))
+        row.plan = replace(
+            refitted(ground, row.plan, actual), state="fitted", changed_after_run=len(ground.runs), changed_at=now
+        )
         session.fitted_plan_id, session.state = row.id, state
         store.flush()
         return row.plan
@@ -161,8 +165,11 @@ def unfit(work: Work, plan_id: str) -> Plan:
                 advice="take off the plan that is fitted, see the session's fitted_plan_id",
             )
         net = ledger.net_of(box.items, back=row.plan.fitted or (), out=())
-        ledger.exchange(store, box, net, at=work.now(), session_id=session.id, plan_id=row.id)
-        row.plan = replace(row.plan, state="unfitted", fitted=None, changed_after_run=len(store.runs(session.id)))
+        now = work.now()
+        ledger.exchange(store, box, net, at=now, session_id=session.id, plan_id=row.id)
+        row.plan = replace(
+            row.plan, state="unfitted", fitted=None, changed_after_run=len(store.runs(session.id)), changed_at=now
+        )
         session.fitted_plan_id, session.state = None, state
         store.flush()
         return row.plan
@@ -198,7 +205,10 @@ def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool, n
         # Pieces of the fitted plan may all come off, so they count as on hand.
         fitted_now = ledger.pieces_of(box.items, present)
         counts = tuple(None if n is None else n + fitted_now[i] for i, n in enumerate(counts))
-    inputs = PlanInputs(counts=counts, present=present, present_off=off, version=__version__, catalogue_id=box.id)
+    mounted = on_rotor(stored_drum(store, session))
+    inputs = PlanInputs(
+        counts=counts, present=present, present_off=off, version=__version__, catalogue_id=box.id, on_rotor=mounted
+    )
     return _made_on(store, session, correction, box.items, inputs)
 
 

@@ -28,7 +28,7 @@ from service.model.machine import Catalogue, Machine
 from service.model.plan import Plan
 from service.model.session import Session, SessionLog, SessionRecord
 from service.runtime.context import Work, require
-from service.usecases.optimistic_lock import session_view
+from service.usecases.session_view import session_view
 from service.usecases.sessions.sessions import log_of
 
 

@@ -14,7 +14,7 @@ from service.balancing.rotor.phasors import phasor, polar
 from service.engine import balance_quality, mapping, verdict
 from service.engine.correction_solver import examined
 from service.engine.influence_fits import fit_runs
-from service.engine.verdict import Drum
+from service.engine.rotor_state import Drum, on_rotor
 from service.errors import InvalidInput
 from service.model.correction import Tolerance
 from service.model.diagnostic import Diagnostic
@@ -26,7 +26,7 @@ from service.model.run import MassOnRotor
 from service.model.session import Session, SessionSummary
 from service.model.stop import Stop
 from service.runtime.context import Work
-from service.usecases.optimistic_lock import stored_drum
+from service.usecases.session_view import stored_drum
 from service.usecases.sessions import sessions, stops
 from service.version import __version__
 
@@ -63,7 +63,7 @@ def report(work: Work, session_id: str) -> Report:
 
 def drum_of(session: Session, stopped: tuple[Stop, ...]) -> Drum:
     """What is stored of a session's drum."""
-    return Drum(session.machine, session.runs, session.run_out, session.plans, stopped)
+    return Drum(session.machine, session.runs, session.run_out, session.plans, stopped, session.on_rotor)
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _of_all_runs(drum: Drum) -> _OfAllRuns:
         # Too few runs, or runs without phase: the report says nothing of coefficients.
         graded = machine.balance_grade_mm_s is not None
         return _OfAllRuns(ungraded=missing or (error.message if graded else None))
-    still = answer.masses - mapping.mass_vectors(machine, verdict.masses_now(drum))
+    still = answer.masses - mapping.mass_vectors(machine, on_rotor(drum))
     return _OfAllRuns(
         tolerance=balance_quality.tolerance_of(machine, still, answer.covariance, int(fitted.fit.scatter_dof.min())),
         ungraded=missing,

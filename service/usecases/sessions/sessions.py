@@ -21,8 +21,9 @@ from service.model.session import (
     SessionSummary,
 )
 from service.runtime.context import Work, require
-from service.usecases.optimistic_lock import require_seen, session_summary, session_view, set_apart
+from service.usecases.optimistic_lock import require_seen
 from service.usecases.plans.reservations import let_go
+from service.usecases.session_view import session_summary, session_view, set_apart
 from service.version import __version__
 
 
@@ -113,18 +114,19 @@ def log_of(store: Store, row: SessionRow) -> SessionLog:
     """The document of a stored session."""
     view = session_view(store, row)
     stops = tuple(stop.stop for stop in store.stops(row.id))
+    stored = tuple(plan.plan for plan in store.plans(row.id))
     box = None if row.catalogue_id is None else require(store, CatalogueRow, row.catalogue_id)
     return SessionLog(
         version=__version__,
         session_id=row.id,
         machine=row.machine,
         catalogue=None if box is None else Catalogue(name=box.name, items=box.items),
-        earlier_boxes=_earlier_boxes(store, row, view.plans),
+        earlier_boxes=_earlier_boxes(store, row, stored),
         run_out=row.run_out,
         on_rotor=row.on_rotor,
         runs=view.runs,
         corrections=view.corrections,
-        plans=view.plans,
+        plans=stored,
         unreadable=set_apart(store, row.id),
         record=SessionRecord(
             stops=stops,

@@ -15,16 +15,15 @@ from db.rows import PlanRow, SessionRow, StopRow
 from db.store import Store
 from service.balancing.influence.trial_mass import centrifugal_force
 from service.engine import mapping, session_state
-from service.engine.validation import check_masses, plane_index
+from service.engine.session_state import under_way
+from service.engine.validation import POSITION_TOLERANCE_DEG, check_masses, plane_index
 from service.errors import InvalidInput, NotFound, OutOfOrder
 from service.model.machine import Machine
 from service.model.plan import ActualPlacement, FittedRequest, Placement
-from service.model.run import MassOnRotor, Run
+from service.model.run import MassOnRotor
 from service.model.stop import Stop, StopRequest
 from service.runtime.context import Work, require
 from service.usecases.plans import plans
-
-SAME_HOLE_DEG = 1e-6
 
 
 def of(work: Work, session_id: str) -> tuple[Stop, ...]:
@@ -32,20 +31,6 @@ def of(work: Work, session_id: str) -> tuple[Stop, ...]:
     with work.read() as store:
         require(store, SessionRow, session_id)
         return tuple(row.stop for row in store.stops(session_id))
-
-
-def under_way(stops: Sequence[Stop]) -> Stop | None:
-    """The stop that is neither released nor given up."""
-    last = stops[-1] if stops else None
-    return last if last is not None and last.released_at is None and not last.cancelled else None
-
-
-def on_rotor(runs: Sequence[Run], stops: Sequence[Stop]) -> tuple[MassOnRotor, ...]:
-    """ALL masses on the rotor now: as last stated, by a stop or by a run after it."""
-    stated = [stop for stop in stops if stop.masses is not None]
-    if stated and stated[-1].runs_before >= len(runs):
-        return stated[-1].masses or ()
-    return runs[-1].masses if runs else ()
 
 
 def begin(work: Work, session_id: str, request: StopRequest) -> Stop:
@@ -176,9 +161,10 @@ def cancel(work: Work, session_id: str, number: int) -> Stop:
 def check_forces(machine: Machine, masses: Iterable[MassOnRotor]) -> None:
     """No hole is pulled harder at service speed than it may be. Raises InvalidInput."""
     holes: defaultdict[tuple[int, int], float] = defaultdict(float)
+    steps = round(360.0 / POSITION_TOLERANCE_DEG)
     for mass in masses:
         p = plane_index(machine, mass.plane, "masses.plane")
-        holes[p, round(mass.angle_deg % 360.0 / SAME_HOLE_DEG) % round(360.0 / SAME_HOLE_DEG)] += mass.mass_g
+        holes[p, round(mass.angle_deg % 360.0 / POSITION_TOLERANCE_DEG) % steps] += mass.mass_g
     for (p, _), grams in holes.items():
         plane = machine.planes[p]
         force = centrifugal_force(grams, plane.radius_mm, machine.service_speed_rpm)
@@ -207,8 +193,11 @@ def _step(work: Work, session_id: str, number: int, stepped: Callable[[Stop, Mac
                 value=number,
                 advice="load the session again: it shows what to do next",
             )
-        row.stop = stepped(row.stop, session.machine)
-        return row.stop
+        stop = stepped(row.stop, session.machine)
+        if stop.changed_at != row.stop.changed_at:
+            stop = replace(stop, changed_after_run=len(store.runs(session_id)))
+        row.stop = stop
+        return stop
 
 
 def _changed(work: Work, stop: Stop, masses: Sequence[MassOnRotor]) -> Stop:

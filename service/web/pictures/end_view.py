@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from service.balancing.rotor.phasors import normal_degrees
-from service.engine.validation import hole_label
+from service.engine.validation import hole_label, same_angle
 from service.model.machine import Machine, Plane
 from service.model.plan import BlockedPosition, Change
 from service.model.session import AsFoundPiece
@@ -29,7 +29,6 @@ HOLES, RIM, WORDS = 150.0, 182.0, 204.0
 """Radii on paper of the holes, of the drum, and of the words beside it."""
 MOST_NUMBERS = 40
 """Above so many holes only those that matter, and every fifth, have their number."""
-_SAME_HOLE_DEG = 1e-6
 _HEAD = 52.0
 """Room for title and side, in which no other word stands."""
 MOST_MOVES = 20
@@ -117,18 +116,13 @@ def _holes(plane: Plane, pieces: Sequence[Piece], blocked: Sequence[BlockedPosit
         Hole(
             degrees=degrees,
             label=hole_label(plane, index),
-            pieces=tuple(p for p in here if _same(p.position_deg, degrees)),
-            blocked=any(_same(angle, degrees) for angle in shut),
+            pieces=tuple(p for p in here if same_angle(p.position_deg, degrees)),
+            blocked=any(same_angle(angle, degrees) for angle in shut),
         )
         for index, degrees in enumerate(plane.positions_deg)
     ]
-    elsewhere = [p for p in here if not any(_same(p.position_deg, hole.degrees) for hole in out)]
+    elsewhere = [p for p in here if not any(same_angle(p.position_deg, hole.degrees) for hole in out)]
     return (*out, *(Hole(p.position_deg, None, (p,), blocked=False) for p in elsewhere))
-
-
-def _same(a: float, b: float) -> bool:
-    away = abs(normal_degrees(a) - normal_degrees(b))
-    return min(away, 360.0 - away) <= _SAME_HOLE_DEG
 
 
 def _hole_size(holes: Sequence[Hole]) -> float:

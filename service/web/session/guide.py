@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 
+from service.engine.rotor_state import Drum
+from service.engine.session_state import Progress
 from service.model.correction import Correction
 from service.model.machine import Plane, Sensor
 from service.model.plan import Plan
@@ -15,7 +17,7 @@ from service.model.run import MassOnRotor, Run
 from service.model.session import Session
 from service.model.stop import Stop
 from service.runtime.context import Work
-from service.usecases.sessions import sessions, stops
+from service.usecases.sessions import reports, sessions, stops
 from service.web.language import N_
 
 STEPS = ("initial", "trial", "correction", "plan", "fit", "check", "decide")
@@ -28,7 +30,6 @@ TITLES = {
     "check": N_("Check"),
     "decide": N_("Finish"),
 }
-_OF_STATE = {"corrected": "plan", "planned": "plan", "fitted": "check", "checked": "decide", "closed": "decide"}
 
 
 @dataclass(frozen=True)
@@ -43,34 +44,35 @@ class Guide:
     stops: tuple[Stop, ...]
 
     @cached_property
+    def progress(self) -> Progress:
+        """What the next step follows from."""
+        session = self.session
+        return Progress(
+            state=session.state,
+            machine=session.machine,
+            runs=session.runs,
+            corrections=session.corrections,
+            plans=session.plans,
+            stops=self.stops,
+        )
+
+    @cached_property
+    def drum(self) -> Drum:
+        """What is stored of the drum."""
+        return reports.drum_of(self.session, self.stops)
+
+    @property
     def stop(self) -> Stop | None:
         """The stop under way, or the one whose run is still to be taken."""
-        last = stops.under_way(self.stops)
-        if last is not None:
-            return last
-        done = [stop for stop in self.stops if not stop.cancelled]
-        waits = bool(done) and done[-1].runs_before >= len(self.session.runs) and done[-1].purpose != "bare"
-        return done[-1] if waits else None
+        return self.progress.stop
 
     @cached_property
     def step(self) -> str:
-        """What is next."""
-        session, stop = self.session, self.stop
-        if session.state == "closed":
+        """The page of the next step: a plan that may be fitted is begun on the plan's page."""
+        step = self.progress.step
+        if step == "closed":
             return "decide"
-        if stop is not None and stop.purpose == "bare":
-            return "fit"
-        if stop is not None and stop.purpose == "plan":
-            return "check" if stop.released_at is not None else "fit"
-        if stop is not None and stop.purpose == "trial":
-            return "trial"
-        if not any(run.kind == "initial" for run in self.used):
-            return "initial"
-        if session.state == "open":
-            return "trial" if self.planes_to_try else "correction"
-        if session.state == "planned" and self.plan is None:
-            return "correction" if self.correction is None else "plan"
-        return _OF_STATE[session.state]
+        return "plan" if step == "fit" and self.stop is None else step
 
     @cached_property
     def part(self) -> str:
@@ -89,38 +91,35 @@ class Guide:
         """What a form of the page is of: the step, its stop, how far that is. What is typed for one is for no other."""
         return f"{self.step} {self.stop.number if self.stop is not None else 0} {self.part}"
 
-    @cached_property
+    @property
     def used(self) -> tuple[Run, ...]:
         """Runs that are not excluded."""
-        return tuple(run for run in self.session.runs if not run.excluded)
+        return self.progress.used
 
-    @cached_property
+    @property
     def planes_to_try(self) -> tuple[str, ...]:
         """Planes in which no run had a mass."""
-        tried = {mass.plane for run in self.used for mass in run.masses}
-        return tuple(plane.name for plane in self.session.machine.planes if plane.name not in tried)
+        return self.progress.planes_to_try
 
-    @cached_property
+    @property
     def correction(self) -> Correction | None:
         """The latest correction, unless a run came after it."""
-        found = self.session.corrections
-        return found[-1] if found and not found[-1].stale else None
+        return self.progress.correction
 
-    @cached_property
+    @property
     def plan(self) -> Plan | None:
         """The latest plan that may be fitted."""
-        fresh = [plan for plan in self.session.plans if not plan.stale and plan.state in ("proposed", "unfitted")]
-        return fresh[-1] if fresh and fresh[-1].id == self.session.plans[-1].id else None
+        return self.progress.plan
 
     @cached_property
     def fitted(self) -> Plan | None:
         """The plan that is bolted on."""
         return next((plan for plan in self.session.plans if plan.id == self.session.fitted_plan_id), None)
 
-    @cached_property
+    @property
     def on_rotor(self) -> tuple[MassOnRotor, ...]:
-        """All masses on the rotor now."""
-        return stops.on_rotor(self.session.runs, self.stops)
+        """ALL masses on the rotor now."""
+        return self.session.masses_on_rotor
 
     @cached_property
     def turning_since(self) -> datetime | None:
@@ -181,15 +180,6 @@ class Guide:
 def look(work: Work, session_id: str) -> Guide:
     """A session as it stands. Raises NotFound."""
     return Guide(sessions.get(work, session_id), stops.of(work, session_id))
-
-
-def hole_at(plane: Plane, angle_deg: float) -> str | None:
-    """What is stamped beside the position at an angle, or None where there is none."""
-    for index, position in enumerate(plane.positions_deg):
-        away = abs(position - angle_deg % 360.0)
-        if min(away, 360.0 - away) < 1e-6:
-            return plane.hole_labels[index] if plane.hole_labels else str(index + 1)
-    return None
 
 
 def holes(plane: Plane) -> list[tuple[str, float]]:

@@ -9,12 +9,12 @@ from fastapi.responses import HTMLResponse
 from markupsafe import Markup
 
 from service.engine import mapping
-from service.engine.validation import highest_speed
+from service.engine.rotor_state import changes_to, mounted, trial_piece
+from service.engine.validation import highest_speed, label_at
 from service.errors import DrumtrueError, InvalidInput
 from service.model.influence import TrialMassSuggestion
 from service.model.machine import StoredCatalogue
 from service.model.plan import Plan
-from service.model.run import MassOnRotor
 from service.model.stop import Stop
 from service.usecases.machines import influence
 from service.usecases.plans import plans
@@ -24,8 +24,8 @@ from service.usecases.stock import catalogues
 from service.web.forms import Form
 from service.web.rendering import Page
 from service.web.session import pictures
-from service.web.session.guide import STEPS, TITLES, Guide, hole_at, holes
-from service.web.session.moves import Move, force, moves, wanted_by
+from service.web.session.guide import STEPS, TITLES, Guide, holes
+from service.web.session.moves import Move, force, moves
 from service.web.session.refused_form import Kept, kept
 
 MOST_BOXES = 200
@@ -58,7 +58,7 @@ def show(
         steps=[(name, TITLES[name], guide.place(name), guide.reached(name)) for name in STEPS],
         form=form or Form(language=page.language),
         notice=notice,
-        hole_at=lambda mass: hole_at(guide.plane(mass.plane), mass.angle_deg),
+        hole_at=lambda mass: label_at(guide.plane(mass.plane), mass.angle_deg),
         force=lambda plane, grams: force(guide.session.machine, plane, grams),
         over_speed=highest_speed(guide.session.machine),
         typing=typing,
@@ -151,9 +151,10 @@ def _trial(page: Page, guide: Guide) -> dict[str, Any]:
 def _trial_picture(page: Page, guide: Guide, advice: TrialAdvice) -> list[Markup]:
     """The plane with the trial mass as advised; earlier trial masses come off."""
     grams = advice.piece_g or (advice.suggestion.mass_g if advice.suggestion is not None else None)
-    stays = () if guide.fitted is None else mapping.masses_on_rotor(guide.fitted)
-    added = () if grams is None else (MassOnRotor(plane=advice.plane, mass_g=grams, angle_deg=advice.hole_deg),)
-    todo = moves(guide.session.machine, guide.on_rotor, (*stays, *added))
+    stays, off = ((), ()) if guide.fitted is None else (guide.fitted.fitted or (), guide.fitted.taken_off)
+    plane = guide.plane(advice.plane)
+    added = () if grams is None else (trial_piece(plane, grams, advice.hole_deg),)
+    todo = moves(guide.session.machine, changes_to(guide.drum, (*stays, *added), off))
     return pictures.ends(guide.session, todo, page.preferences, planes=(advice.plane,), other_end=_other_end(page))
 
 
@@ -205,7 +206,7 @@ def _of_alternatives(page: Page, guide: Guide) -> tuple[Plan, ...]:
 
 def _drawn(page: Page, guide: Guide, plan: Plan) -> dict[str, list[Any]]:
     """What a plan asks to be done, in words and in pictures."""
-    todo = moves(guide.session.machine, guide.on_rotor, wanted_by(plan.placements, plan.taken_off))
+    todo = moves(guide.session.machine, plan.changes)
     ends = pictures.ends(
         guide.session, todo, page.preferences, blocked=plan.request.blocked, other_end=_other_end(page)
     )
@@ -239,11 +240,12 @@ def _to_expect(page: Page, guide: Guide, stop: Stop | None) -> Plan | None:
 
 def _to_fit(guide: Guide, stop: Stop | None) -> list[Move]:
     if stop is None or stop.masses is not None:
-        return moves(guide.session.machine, guide.on_rotor, guide.on_rotor)
+        now = mounted(guide.drum)
+        return moves(guide.session.machine, changes_to(guide.drum, now.on, now.off))
     if stop.purpose == "bare":
-        return moves(guide.session.machine, guide.on_rotor, ())
+        return moves(guide.session.machine, changes_to(guide.drum, ()))
     plan = next(one for one in guide.session.plans if one.id == stop.plan_id)
-    return moves(guide.session.machine, guide.on_rotor, wanted_by(stop.placements, plan.taken_off))
+    return moves(guide.session.machine, changes_to(guide.drum, stop.placements, plan.taken_off))
 
 
 def _check(page: Page, guide: Guide) -> dict[str, Any]:

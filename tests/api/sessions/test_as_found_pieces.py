@@ -20,6 +20,9 @@ SEVERAL = [
     {"plane": "2", "position_deg": 180.0, "mass_g": 60.0, "may": "stay"},
 ]
 
+LAST_TRIAL = ("remove", "2", 0.0, 200.0)
+"""The trial mass of the latest run comes off before a plan is mounted."""
+
 
 class TestStay:
     def test_its_hole_is_taken_and_it_counts(self, shared_shop: Workshop) -> None:
@@ -30,7 +33,7 @@ class TestStay:
         assert [p["plane"] for p in plan["placements"]] == ["1", "2"]
         assert not {("1", 180.0), ("2", 300.0)} & {(p["plane"], p["position_deg"]) for p in plan["placements"]}
         assert plan["taken_off"] == []
-        assert {c["action"] for c in plan["changes"]} == {"add"}
+        assert {one for one in actions(plan) if one[0] != "add"} == {LAST_TRIAL}
 
     def test_it_counts_against_the_force_on_its_hole(self, shared_shop: Workshop) -> None:
         """200 g at 330 mm and 460 r/min pull with 153 N: of 200 N there is room for 61 g more."""
@@ -224,7 +227,8 @@ class TestTogether:
         assert (unfitted["state"], unfitted["fitted"]) == ("unfitted", None)
         assert shop.on_hand(box) == dict(BOX)
         again = planned(shop, session)
-        assert (again["placements"], again["changes"]) == (plan["placements"], plan["changes"])
+        assert again["placements"] == plan["placements"]
+        assert actions(again) == actions(plan) - {LAST_TRIAL}
         assert again["inputs"]["present_off"] == []
 
     def test_the_log_gives_the_same_answers_again(self, shop: Workshop) -> None:

@@ -82,6 +82,7 @@ def holds(plan: Any, pieces: Sequence[dict[str, Any]], objective: str = "residua
 def assert_done(pieces: Sequence[dict[str, Any]], plan: Any) -> None:
     """Whoever does what `changes` says has the placements on the rotor, and what stays as found."""
     rotor = [(one["plane"], one["position_deg"], one["mass_g"]) for one in pieces]
+    rotor += [(one["plane"], one["angle_deg"], one["mass_g"]) for one in plan["inputs"]["on_rotor"]]
     for action, *where in sorted(actions(plan), reverse=True):
         if action == "remove":
             rotor.remove((where[0], where[1], where[2]))

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from service.engine.session_state import under_way
 from service.errors import InvalidInput, NotFound, OutOfOrder
 from service.model.plan import ActualPlacement
 from service.model.run import MassOnRotor
@@ -18,7 +19,7 @@ PIECE = MassOnRotor(plane="1", mass_g=50.0, angle_deg=20.0)
 
 
 def on_rotor(shop: Workshop, session: str) -> tuple[MassOnRotor, ...]:
-    return stops.on_rotor(sessions.get(shop.work, session).runs, stops.of(shop.work, session))
+    return sessions.get(shop.work, session).masses_on_rotor
 
 
 def test_masses_are_changed_only_once_locked_and_the_machine_released_only_once_they_are_stated(shop: Workshop) -> None:
@@ -37,7 +38,7 @@ def test_masses_are_changed_only_once_locked_and_the_machine_released_only_once_
     assert released.released_at is not None
     assert released.locked_at is not None
     assert released.locked_at < released.released_at
-    assert stops.under_way(stops.of(shop.work, session)) is None
+    assert under_way(stops.of(shop.work, session)) is None
 
 
 def test_a_stop_is_given_up_before_masses_were_changed_and_finished_after(shop: Workshop) -> None:
