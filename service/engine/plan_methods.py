@@ -119,7 +119,7 @@ def prove(
         patience = PATIENCE if gap <= 0.25 * uncertainty else 2 * PATIENCE
         return state.proved or (gap <= uncertainty and steps > patience) or stop()
 
-    return last_state(search_exact(problem, start=start, keep=1 + alternatives), enough)
+    return last_state(search_exact(problem, start=start, keep=1 + alternatives), enough, patient=True)
 
 
 def limit_of_mode(request: PlanRequest, now: float | None) -> float:
@@ -155,7 +155,7 @@ def _fewest(
     found = solve_fewest(problem, limit, stop=late)
     if found.status != "limit_reached" or found.value <= limit:
         return found
-    state = last_state(search_exact(problem), lambda now: now.value <= limit or now.proved or stop())
+    state = last_state(search_exact(problem), lambda now: now.value <= limit or now.proved or stop(), patient=True)
     if state.value > limit:
         return found
     message = (

@@ -14,6 +14,7 @@ from service.balancing.selection.exact.search import (
     bounds_for,
     exact_result,
     last_state,
+    never,
     search_exact,
     solve_exact,
 )
@@ -36,7 +37,7 @@ class FrontPoint:
     result: SelectionResult
 
 
-def best_selections(problem: SelectionProblem, many: int, *, stop: Stop = lambda: False) -> tuple[SelectionResult, ...]:
+def best_selections(problem: SelectionProblem, many: int, *, stop: Stop = never) -> tuple[SelectionResult, ...]:
     """The `many` best distinct selections, best first; fewer where there are fewer.
 
     Distinct means other pieces or other positions. Proved (`optimal`: nothing else comes between), or
@@ -44,7 +45,7 @@ def best_selections(problem: SelectionProblem, many: int, *, stop: Stop = lambda
     """
     if many < 1:
         raise NumericsError(f"{many} selections: ask for at least 1", field="many", value=many)
-    state = last_state(search_exact(problem, keep=many), lambda _: stop())
+    state = last_state(search_exact(problem, keep=many), lambda _: stop(), patient=stop is not never)
     whole = exact_result(problem, state)
     return tuple(
         result_of(problem, selection, whole.status, whole.message, state.evaluations, state.lower_bound)
@@ -52,7 +53,7 @@ def best_selections(problem: SelectionProblem, many: int, *, stop: Stop = lambda
     )
 
 
-def front(problem: SelectionProblem, *, stop: Stop = lambda: False) -> Iterator[FrontPoint]:
+def front(problem: SelectionProblem, *, stop: Stop = never) -> Iterator[FrontPoint]:
     """Yield the best selection of at most 0, 1, 2 .. pieces, as long as one more piece makes it better.
 
     Ends with the point that the whole problem's optimum belongs to, or at `stop()`; a point that was stopped carries
@@ -79,7 +80,7 @@ def front(problem: SelectionProblem, *, stop: Stop = lambda: False) -> Iterator[
             return
 
 
-def solve_fewest(problem: SelectionProblem, limit: float, *, stop: Stop = lambda: False) -> SelectionResult:
+def solve_fewest(problem: SelectionProblem, limit: float, *, stop: Stop = never) -> SelectionResult:
     """The fewest pieces that bring the objective to `limit` or below, and among those the best.
 
     `optimal`: no selection of fewer pieces meets the limit. `infeasible`: none at all does; `reason` says how near one
@@ -118,9 +119,7 @@ def _unmet(state: ExactState, pieces: int) -> str:
     return f"{how}: {fewer}this selection does not either, whether another does is not known"
 
 
-def prefer(
-    problem: SelectionProblem, result: SelectionResult, slack: float, *, stop: Stop = lambda: False
-) -> SelectionResult:
+def prefer(problem: SelectionProblem, result: SelectionResult, slack: float, *, stop: Stop = never) -> SelectionResult:
     """The selection of fewest pieces, then least mass, then commonest stock, whose objective is within `slack`.
 
     result: the best, proved at least as far as can be measured, else there is nothing to be near to. slack: in the

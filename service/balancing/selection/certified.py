@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from service.balancing.selection.exact.search import ExactState, Stop, exact_result, search_exact
+from service.balancing.selection.exact.search import ExactState, Stop, exact_result, never, search_exact
 from service.balancing.selection.jaya import JayaState, search_jaya
 from service.balancing.selection.placements import result_of
 from service.balancing.selection.problem import SelectionProblem, SelectionResult
@@ -60,9 +60,7 @@ def search_certified(problem: SelectionProblem, seed: int) -> Iterator[Certified
             return
 
 
-def solve_certified(
-    problem: SelectionProblem, seed: int, *, uncertainty: float = 0.0, stop: Stop = lambda: False
-) -> Certified:
+def solve_certified(problem: SelectionProblem, seed: int, *, uncertainty: float = 0.0, stop: Stop = never) -> Certified:
     """Best selection with its proof; status and message of `result` as in `exact.solve_exact`.
 
     uncertainty: in the objective's unit; what could be better by less is not searched for. `stop()` is asked between
@@ -70,6 +68,8 @@ def solve_certified(
     """
     for state in search_certified(problem, seed):
         if stop() or (state.exact is not None and state.value - state.lower_bound <= uncertainty):
+            break
+        if stop is never and state.exact is not None and state.exact.exhausted:
             break
     return certified_result(problem, seed, state, uncertainty)
 

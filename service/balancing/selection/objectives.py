@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
+from numpy.typing import NDArray
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.balancing.rotor.reactions import reaction_matrix
 from service.balancing.selection.problem import Norm, Objective
 from service.errors import NumericsError
 
+Number = TypeVar("Number", np.float64, np.complex128)
+
+SMALL_PRODUCT = 30_000
+"""Multiplications in one product that no library spreads over threads."""
 NEGLIGIBLE_REACTION = 1e-9
 """A reaction below this part of the larger one is divided by the larger: it is rounding, not a reference."""
 
@@ -90,7 +97,23 @@ def relative_reactions(matrix: ComplexArray, initial: ComplexArray) -> Objective
 
 def residual(objective: Objective, u: ComplexArray) -> ComplexArray:
     """Return r = offset + matrix @ u, shape (..., S), for vector sums u of shape (..., P) in g."""
-    return np.asarray(objective.offset + np.asarray(u) @ objective.matrix.T, dtype=np.complex128)
+    return np.asarray(objective.offset + rows_times(np.asarray(u), objective.matrix.T), dtype=np.complex128)
+
+
+def rows_times(rows: NDArray[Number], matrix: NDArray[Number]) -> NDArray[Number]:
+    """Return rows @ matrix for rows (..., k) and a small matrix (k, m), in blocks that one thread multiplies.
+
+    A long thin product is handed to several threads by the linear algebra library, which then take more processor time
+    to wait for each other than the product needs.
+    """
+    block = max(SMALL_PRODUCT // max(matrix.size, 1), 1)
+    if not matrix.size or rows.size <= block * len(matrix):
+        return rows @ matrix
+    flat = rows.reshape(-1, rows.shape[-1])
+    out = np.empty((len(flat), matrix.shape[1]), dtype=np.result_type(rows, matrix))
+    for cut in range(0, len(flat), block):
+        np.matmul(flat[cut : cut + block], matrix, out=out[cut : cut + block])
+    return out.reshape(*rows.shape[:-1], matrix.shape[1])
 
 
 def norm_of(objective: Objective, r: ComplexArray) -> FloatArray:

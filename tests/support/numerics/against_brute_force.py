@@ -14,7 +14,7 @@ from service.balancing.rotor.phasors import FloatArray, IntArray
 from service.balancing.selection.alternatives import best_selections, front, prefer, solve_fewest
 from service.balancing.selection.brute_force import _Choices, _choices
 from service.balancing.selection.certified import solve_certified
-from service.balancing.selection.exact import search
+from service.balancing.selection.exact import rungs
 from service.balancing.selection.exact.search import search_exact, solve_exact
 from service.balancing.selection.jaya import solve_jaya
 from service.balancing.selection.objectives import evaluate
@@ -77,11 +77,11 @@ def check_all(problem: SelectionProblem, seed: int) -> dict[str, int]:
     """Ask everything of one problem; AssertionError says what does not hold. Counts what was compared."""
     every = Every.of(problem)
     counted = {"selections": len(every.values), "states": check_states(problem, every)}
-    was, search.AT_ONCE = search.AT_ONCE, 0.0  # small problems then go through levels, as large ones do
+    was, rungs.AT_ONCE = rungs.AT_ONCE, 0.0  # small problems then go through levels, as large ones do
     try:
         counted["states"] += check_states(problem, every)
     finally:
-        search.AT_ONCE = was
+        rungs.AT_ONCE = was
     check_certified(problem, every, seed)
     check_jaya(problem, every, seed)
     counted["alternatives"] = check_alternatives(problem, every, 6)

@@ -9,17 +9,24 @@ import numpy as np
 
 from service.balancing.selection.exact.bounds import Bounds
 from service.balancing.selection.exact.level_ellipsoid import Ellipsoid, ellipsoid
-from service.balancing.selection.exact.meet_in_middle import Halves
+from service.balancing.selection.exact.meet_in_middle import Split
 
 EXPECTED = 4.0
 """Joint selections that the first level is sized to hold."""
 
+FEW_ENOUGH = 1e4
+"""Joint selections that are looked at rather than passing over every plane again at a higher level."""
 
-def first_level(bounds: Bounds, halves: list[Halves], highest: float) -> Generator[None, None, float]:
+
+def first_level(bounds: Bounds, splits: list[Split], highest: float) -> Generator[None, None, float]:
     """Level, at most `highest`, by the density of sums at the continuous optimum; yields now and then, for a stop."""
     density = 0.0
-    for half, u in zip(halves, bounds.continuous, strict=True):
-        density += math.log(max(_density(half, u), 1e-9))
+    for split, u in zip(splits, bounds.continuous, strict=True):
+        density += math.log(max(_density(split, u), 1e-9))
+    if bounds.dual is None:
+        whole = ellipsoid(bounds, highest)
+        if whole is not None and density + _log_volume(whole) <= math.log(FEW_ENOUGH):
+            return highest
     above, too_low = max(highest - bounds.floor, 0.0), 0.0
     while above > 1.5 * too_low:
         middle = math.sqrt(above * too_low) if too_low > 0.0 else above / 4.0
@@ -34,12 +41,13 @@ def first_level(bounds: Bounds, halves: list[Halves], highest: float) -> Generat
     return bounds.floor + above
 
 
-def _density(half: Halves, centre: complex) -> float:
+def _density(split: Split, centre: complex) -> float:
     """Estimate selections per g^2 near `centre`, the sums taken as normally distributed."""
-    parts = [v[:: 1 + len(v) // 100_000] for v in (half.first.vector, half.second.vector)]
-    mean = sum(complex(v.mean()) for v in parts)
-    spread = sum(float(v.real.var() + v.imag.var()) / 2.0 for v in parts) + 1e-6
-    return half.selections / (2.0 * math.pi * spread) * math.exp(-min(abs(centre - mean) ** 2 / (2.0 * spread), 12.0))
+    mean, variance = split.moments()
+    variance += 1e-6
+    return (
+        split.selections / (2.0 * math.pi * variance) * math.exp(-min(abs(centre - mean) ** 2 / (2.0 * variance), 12.0))
+    )
 
 
 def _log_volume(region: Ellipsoid) -> float:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from service.balancing.rotor.phasors import FloatArray, IntArray
-from service.balancing.selection.exact.meet_in_middle import Placements
+from service.balancing.selection.exact.subsets import Placements
 from service.balancing.selection.objectives import evaluate
 from service.balancing.selection.placements import Selection, vectors_of
 from service.balancing.selection.problem import Piece, SelectionProblem

@@ -1,7 +1,9 @@
-"""The vector sums that one plane's masses can make near a point, by meeting in the middle.
+"""How a plane's selections fall into two parts that meet: one of them in a table, the other asked of it.
 
-A selection of up to N pieces is the sum of two halves of up to N / 2 pieces. All halves are listed once; near a given
-point, each half is paired with the halves that lie where the rest of the way ends.
+Placements stand in a fixed order, cut in two at the pivot. Of a selection of n pieces, in order, the first n - t are
+all below the pivot or the last n - t are all above it, as long as n <= 2 t + 1. So with a table of all selections of up
+to t pieces, it is enough to ask for those rests that lie on one side of the pivot: a small part of all of them. Where
+many pieces sit in few positions, the parts are even and odd positions instead.
 """
 
 from __future__ import annotations
@@ -9,301 +11,223 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
-from service.balancing.selection.exact.neighbours import Columns
-from service.balancing.selection.placements import effective_g, slots, within_g
-from service.balancing.selection.problem import BoolArray, Piece, SelectionPlane, Stock
+from service.balancing.rotor.phasors import ComplexArray, IntArray
+from service.balancing.selection.exact.plane_table import Ellipse, Reading, Table, length2, table_of
+from service.balancing.selection.exact.subsets import Placements, Sums, gathered, levels_of, many_of
+from service.balancing.selection.problem import BoolArray
 
-EXTEND_CHUNK = 100_000
-"""Halves extended between two stops."""
-SLAB = 75_000
-"""Halves sorted at a time."""
 ASKED = 40_000
-"""Halves whose other half is looked for at a time."""
-MOST_LISTED = 200
-"""Pieces a plane beyond which it is not even counted how many selections there are."""
-OVERSHOOT = 4
-"""How many times the allowed length a list may have before its limits are applied."""
+"""Rests that are looked for at a time."""
+LOOKED_AT = 60_000
+"""Points that are looked at between two stops."""
+LARGEST_TABLE = 150_000_000
+"""Bytes of one plane's table without its grid."""
+
+Side = Literal["whole", "low", "high", "apart"]
 
 
 @dataclass(frozen=True)
-class Placements:
-    """What may be placed in one plane: position, item, mass and vector (K,) of each pair, by position then item.
+class Rests:
+    """Selections of `size` pieces to be asked of the table: each of index (n, w) with each of `grow` from `begin` (n,).
 
-    Entry K stands for "no piece". most: pieces at most. limits: capacity, capacity_g (H + 1,), counts (I + 1,).
+    side: which of the pairs make a selection the one way that counts.
     """
 
-    position: IntArray
-    item: IntArray
-    mass: FloatArray
-    vector: ComplexArray
-    most: int
-    max_mass_g: float
-    capacity: IntArray
-    capacity_g: FloatArray
-    counts: IntArray
-
-    @property
-    def none(self) -> int:
-        """Index that stands for no piece."""
-        return len(self.vector) - 1
-
-    @cached_property
-    def room(self) -> tuple[int, bool, int]:
-        """Pieces that any position takes, whether some position limits grams, and pieces that the box has of any item.
-
-        What a row cannot break need not be counted.
-        """
-        grams = bool(np.isfinite(self.capacity_g[self.position]).any())
-        return int(self.capacity[self.position].min()), grams, int(self.counts[self.item].min())
-
-    def allowed(self, index: IntArray) -> BoolArray:
-        """Which rows of index (n, k) keep every limit of the plane and of the box."""
-        many = index.shape[1]
-        a_position, grams, an_item = self.room
-        fits = np.ones(len(index), dtype=bool)
-        if grams or math.isfinite(self.max_mass_g):
-            mass = self.mass[index]
-            fits &= within_g(mass.sum(axis=1), self.max_mass_g)
-        if a_position < many or grams:
-            position = self.position[index]
-            for j in range(many):
-                here = position == position[:, j : j + 1]
-                fits &= here.sum(axis=1) <= self.capacity[position[:, j]]
-                if grams:
-                    fits &= within_g((mass * here).sum(axis=1), self.capacity_g[position[:, j]])
-        if an_item < many:
-            item = self.item[index]
-            for j in range(many):
-                fits &= (item == item[:, j : j + 1]).sum(axis=1) <= self.counts[item[:, j]]
-        return fits
-
-    def pieces(self, row: IntArray) -> tuple[Piece, ...]:
-        """Pieces of one row of indices."""
-        return tuple(sorted(Piece(int(self.position[i]), int(self.item[i])) for i in row if i != self.none))
-
-
-@dataclass(frozen=True)
-class Sums:
-    """n selections of one plane: index (n, k) into the placements, vector sums (n,) without `fixed`, g."""
-
+    side: Side
+    size: int
     index: IntArray
     vector: ComplexArray
+    begin: IntArray
+    grow: IntArray
 
-    def __len__(self) -> int:
-        return len(self.vector)
+    @property
+    def many(self) -> int:
+        """How many there are."""
+        return int((len(self.grow) - self.begin).sum())
 
 
 @dataclass(frozen=True)
-class Halves:
-    """Two lists whose pairs make every selection once.
-
-    ordered: both come from one list, the first half holds the lower placements and as many pieces or one more;
-    otherwise they share no position. complete: the pairs make selections of as many pieces as the plane may carry.
-    """
+class Split:
+    """Table and rests that make every selection of up to `most` pieces once. pivot: greatest placement below it."""
 
     placements: Placements
-    first: Sums
-    second: Sums
-    ordered: bool
-    complete: bool
+    table: Table
+    rests: tuple[Rests, ...]
+    pivot: int
+    most: int
+
+    @property
+    def width(self) -> int:
+        """Columns of a selection's index."""
+        return int(self.table.index.shape[1]) + 1 + max(int(rests.index.shape[1]) for rests in self.rests)
+
+    @property
+    def asked(self) -> int:
+        """How many rests are looked for."""
+        return sum(rests.many for rests in self.rests)
 
     @property
     def selections(self) -> float:
-        """About how many selections the pairs make."""
-        pairs = float(len(self.first)) * float(len(self.second))
-        if self.ordered:
-            pairs /= math.comb(2 * self.first.index.shape[1], self.first.index.shape[1])
-        return min(pairs, _many(self.placements, None, self.placements.most))
+        """About how many selections they make."""
+        return min(many_of(self.placements, None, self.most), float(self.asked) * float(len(self.table.vector)))
+
+    def moments(self) -> tuple[complex, float]:
+        """About the mean and the variance (of a component) of all sums: those of a part, as many pieces as it takes."""
+        apart = self.rests[0].side == "apart"
+        parts = [self.table.vector, self.rests[0].vector] if apart else [self.table.vector]
+        some = [v[:: 1 + len(v) // 100_000] for v in parts]
+        share = 1.0 if apart else self.most / max(self.table.index.shape[1], 1)
+        variance = sum(float(v.real.var() + v.imag.var()) / 2.0 for v in some)
+        return share * sum(complex(v.mean()) for v in some), share * variance
 
 
-def placements_of(plane: SelectionPlane, stock: Stock, most: int | None = None) -> Placements:
-    """Pairs of position and item that plane and box allow by themselves."""
-    mass = effective_g(stock)
-    holes, items = len(plane.angles), len(mass)
-    position, item = np.divmod(np.arange(holes * items), items)
-    fits = (plane.capacity[position] > 0) & within_g(mass[item], plane.capacity_g[position])
-    fits &= within_g(mass[item], plane.max_mass_g) & (stock.counts[item] > 0)
-    if plane.allowed is not None:
-        fits &= plane.allowed.ravel()
-    position, item = position[fits], item[fits]
-    pieces = slots(plane, stock)
-    return Placements(
-        position=np.append(position, holes),
-        item=np.append(item, items),
-        mass=np.append(mass[item], 0.0),
-        vector=np.append(mass[item] * np.exp(1j * plane.angles[position]), 0j),
-        most=pieces if most is None else min(pieces, most),
-        max_mass_g=plane.max_mass_g,
-        capacity=np.append(plane.capacity, np.iinfo(np.int64).max),
-        capacity_g=np.append(plane.capacity_g, math.inf),
-        counts=np.append(stock.counts, np.iinfo(np.int64).max),
-    )
+def entry_bytes(pieces: int) -> int:
+    """Memory of a table's entry."""
+    return 16 + 2 * pieces
 
 
-def halves_of(placements: Placements, largest: int) -> Generator[None, None, Halves]:
-    """Two lists that meet in the middle, each of at most `largest` halves; yields now and then, for a stop.
-
-    By number of pieces, or, where many pieces sit in few positions, by position. Where both are too long, the halves
-    hold fewer pieces than the plane may carry and `complete` is False.
-    """
-    most = placements.most
-    # A single piece has no other half to be met with: by position, every two pieces would be paired in vain.
-    by_position = max(_many(placements, parity, most) for parity in (0, 1)) if most > 1 else math.inf
-    if by_position < min(_many(placements, None, (most + 1) // 2), largest):
-        split = yield from _by_position(placements, largest)
-        if split is not None:
-            return split
-    levels = yield from _levels(placements, np.arange(placements.none), (most + 1) // 2, largest)
-    complete = len(levels) == (most + 1) // 2 + 1
-    size = len(levels) - 1
-    shorter = most - size if complete else size
-    first = yield from _gathered(placements, levels, size)
-    second = first if shorter == size else (yield from _gathered(placements, levels[: shorter + 1], shorter))
-    return Halves(
-        placements,
-        first,
-        second,
-        ordered=True,
-        complete=complete,
-    )
+def depth_of(placements: Placements, most: int) -> int:
+    """Pieces t of the table for selections of up to `most`; 0 where even single pieces are too many."""
+    depth = max(most // 2, 1)
+    return depth if many_of(placements, None, depth) * entry_bytes(depth) <= LARGEST_TABLE else 0
 
 
-def _many(placements: Placements, parity: int | None, most: int) -> float:
-    """Bound how many selections of up to `most` pieces even, odd (parity 1) or all positions hold, box aside."""
-    if most > MOST_LISTED:
-        return math.inf
-    counts = np.ones(1)
-    for position, kinds in enumerate(np.bincount(placements.position[:-1]).tolist()):
-        if kinds and (parity is None or position % 2 == parity):
-            room = min(int(placements.capacity[position]), most)
-            ways = [float(math.comb(kinds + k - 1, k)) for k in range(room + 1)]
-            counts = np.convolve(counts, ways)[: most + 1]
-    return float(counts.sum())
+def cost_of(placements: Placements, most: int) -> float:
+    """About how many rests have to be asked for selections of up to `most`; infinite where the table grows too long."""
+    if _apart(placements, most):
+        return max(many_of(placements, parity, most) for parity in (0, 1))
+    depth = depth_of(placements, most)
+    side = placements.none / 2.0
+    return 2.0 * math.comb(int(side) + most - depth, most - depth) if depth else math.inf
 
 
-def _by_position(placements: Placements, largest: int) -> Generator[None, None, Halves | None]:
-    """Halves of even and of odd positions, with any number of pieces up to the plane's limit."""
+def _apart(placements: Placements, most: int) -> bool:
+    """Whether even and odd positions make the shorter parts; one piece has no other part to be met with."""
+    longer = max(many_of(placements, parity, most) for parity in (0, 1)) if most > 1 else math.inf
+    return longer * entry_bytes(most) <= LARGEST_TABLE and longer < many_of(placements, None, max(most // 2, 1))
+
+
+def split_of(placements: Placements, most: int) -> Generator[None, None, Split | None]:
+    """Split selections of up to `most` pieces; yields now and then, for a stop. None where its table grows too long."""
+    if _apart(placements, most):
+        return (yield from _by_position(placements, most))
+    depth = depth_of(placements, most)
+    if not depth:
+        return None
+    levels = yield from levels_of(placements, np.arange(placements.none), depth)
+    everything = yield from gathered(placements, levels, depth)
+    table = yield from table_of(everything.index, everything.vector)
+    nothing = _alone(placements, Sums(np.empty((1, 0), np.int64), np.zeros(1, np.complex128)), "whole")
+    rests = [nothing]
+    pivot = placements.none // 2 - 1
+    for side, subset in (("low", np.arange(pivot + 1)), ("high", np.arange(pivot + 1, placements.none))):
+        deepest = most - depth if len(levels) > depth and len(levels[depth]) else 0
+        parents = yield from levels_of(placements, subset, deepest - 1)
+        for size, level in enumerate(parents[: max(deepest, 0)], start=1):
+            if len(level):
+                rests.append((yield from _grown(placements, level, size, subset, "low" if side == "low" else "high")))
+    return Split(placements, table, tuple(rests), pivot, most)
+
+
+def _by_position(placements: Placements, most: int) -> Generator[None, None, Split]:
+    """Even positions asked, odd positions in the table, each with any number of pieces up to the limit."""
     parts = []
     for parity in (0, 1):
         mine = np.flatnonzero(placements.position[:-1] % 2 == parity)
-        levels = yield from _levels(placements, mine, placements.most, largest)
-        if len(levels) <= placements.most and len(levels[-1]):
-            return None
-        parts.append((yield from _gathered(placements, levels, len(levels) - 1)))
-    return Halves(placements, parts[0], parts[1], ordered=False, complete=True)
+        levels = yield from levels_of(placements, mine, most)
+        parts.append((yield from gathered(placements, levels, len(levels) - 1)))
+    asked, kept = sorted(parts, key=len)
+    table = yield from table_of(kept.index, kept.vector)
+    return Split(placements, table, (_alone(placements, asked, "apart"),), -1, most)
 
 
-def _levels(placements: Placements, subset: IntArray, most: int, largest: int) -> Generator[None, None, list[IntArray]]:
-    """Multisets of 0, 1, .. `most` placements of the subset, (n, pieces) each, ascending; shorter where too long.
+def _alone(placements: Placements, sums: Sums, side: Side) -> Rests:
+    """Rests that are listed as they are."""
+    return Rests(side, 0, sums.index, sums.vector, np.zeros(len(sums), np.int64), np.array([placements.none]))
 
-    Ends with an empty level where no more pieces fit.
-    """
-    small = np.int16 if placements.none < np.iinfo(np.int16).max else np.int32
-    levels = [np.empty((1, 0), dtype=small)]
-    total = 1
-    while len(levels) <= most and len(levels[-1]):
-        parents = levels[-1]
-        start = np.zeros(len(parents), dtype=np.int64)
-        for cut in range(0, len(parents) if parents.shape[1] else 0, 4 * SLAB):
-            start[cut : cut + 4 * SLAB] = np.searchsorted(subset, parents[cut : cut + 4 * SLAB, -1])
-            yield
-        ends = np.cumsum(len(subset) - start)
-        if total + int(ends[-1]) > OVERSHOOT * largest:
-            return levels
-        found = []
-        chunk = 2 * EXTEND_CHUNK // (parents.shape[1] + 2)
-        for cut in range(0, int(ends[-1]), chunk):
-            child = np.arange(cut, min(cut + chunk, int(ends[-1])))
-            of = np.searchsorted(ends, child, side="right")
-            last = subset[child - ends[of] + len(subset)]
-            index = np.concatenate([parents[of], last[:, None].astype(small)], axis=1)
-            found.append(index[placements.allowed(index)])
-            yield
-        level = np.concatenate(found) if found else np.empty((0, parents.shape[1] + 1), dtype=small)
-        total += len(level)
+
+def _grown(
+    placements: Placements, level: IntArray, size: int, subset: IntArray, side: Side
+) -> Generator[None, None, Rests]:
+    sums = yield from gathered(placements, [level], level.shape[1])
+    begin = np.zeros(len(level), dtype=np.int64)
+    if level.shape[1]:
+        begin = np.searchsorted(subset, level[:, -1])
         yield
-        if total > largest:
-            return levels
-        levels.append(level)
-    return levels
+    return Rests(side, size, sums.index, sums.vector, begin, subset)
 
 
-def _gathered(placements: Placements, levels: list[IntArray], width: int) -> Generator[None, None, Sums]:
-    """All levels as one list, rows filled up with "no piece"."""
-    total = sum(len(level) for level in levels)
-    index = np.full((total, width), placements.none, dtype=levels[0].dtype)
-    vector = np.zeros(total, dtype=np.complex128)
+def near(split: Split, ellipse: Ellipse) -> Generator[Sums, None, None]:
+    """Find the selections whose sum lies in the ellipse, in chunks. A chunk may be empty: a moment at which to stop."""
+    reading = Reading.of(ellipse, split.table.margin)
+    for rests in split.rests:
+        for parent, grown, point in _met(split, rests, ellipse, reading):
+            yield _joined(split, rests, parent, grown, point)
+
+
+def _met(
+    split: Split, rests: Rests, ellipse: Ellipse, reading: Reading
+) -> Generator[tuple[IntArray, IntArray, IntArray], None, None]:
+    """Parents, pieces they are grown by, and points of the table, whose sum lies in the ellipse."""
+    table, vector = split.table, split.placements.vector
+    ends = np.cumsum(len(rests.grow) - rests.begin)
+    total = int(ends[-1]) if len(ends) else 0
+    for cut in range(0, total, ASKED):
+        child = np.arange(cut, min(cut + ASKED, total))
+        parent = np.searchsorted(ends, child, side="right")
+        grown = rests.grow[child - ends[parent] + len(rests.grow)]
+        wanted = ellipse.centre - rests.vector[parent] - vector[grown]
+        whose, begin, end = table.windows(wanted, reading)
+        for some, point in _points(begin, end):
+            asked = whose[some]
+            away = table.vector[point] - wanted[asked]
+            inside = length2(ellipse.turn, away) <= ellipse.radius**2
+            asked = asked[inside]
+            yield parent[asked], grown[asked], point[inside]
+
+
+def _points(begin: IntArray, end: IntArray) -> Generator[tuple[IntArray, IntArray], None, None]:
+    """Window and point of everything in the windows, about `LOOKED_AT` at a time; at least one chunk."""
+    many = end - begin
+    ends = np.cumsum(many)
     start = 0
-    for level in levels:
-        for cut in range(0, len(level), SLAB):
-            part = level[cut : cut + SLAB]
-            rows = slice(start, start + len(part))
-            index[rows, : level.shape[1]] = part
-            vector[rows] = placements.vector[part].sum(axis=1)
-            start += len(part)
-            yield
-    return Sums(index, vector)
+    while start < len(many):
+        done = int(ends[start - 1]) if start else 0
+        stop = max(int(np.searchsorted(ends, done + LOOKED_AT, side="right")), start + 1)
+        here = many[start:stop]
+        window = np.repeat(np.arange(start, stop), here)
+        yield window, begin[window] + np.arange(len(window)) - np.repeat(ends[start:stop] - here - done, here)
+        start = stop
+    if not len(many):
+        yield np.empty(0, np.int64), np.empty(0, np.int64)
 
 
-def near(halves: Halves, centre: complex, shape: tuple[complex, complex], radius: float) -> Generator[Sums, None, None]:
-    """Find selections whose sum u has |T(u - centre)| <= radius, T(z) = shape[0] z + shape[1] conj(z), in chunks.
-
-    A chunk may be empty; it only marks a moment at which to stop.
-    """
-    first, second = halves.first, halves.second
-    stop = Sums(first.index[:0], first.vector[:0])
-    ends = np.empty(len(second), dtype=np.complex128)
-    wanted = np.empty(len(first), dtype=np.complex128)
-    for target, vector, sign in ((ends, second.vector, 1.0), (wanted, first.vector, -1.0)):
-        shift = 0.0 if sign > 0.0 else shape[0] * centre + shape[1] * np.conj(centre)
-        for cut in range(0, len(vector), SLAB):
-            part = slice(cut, cut + SLAB)
-            target[part] = shift + sign * (shape[0] * vector[part] + shape[1] * np.conj(vector[part]))
-            yield stop
-    slabs = min(max(1, math.ceil(len(ends) / SLAB)), 250)
-    edges = np.quantile(ends.real[::slabs], np.arange(1, slabs) / slabs) if slabs > 1 else np.empty(0)
-    at = yield from _slabs(ends.real, edges, stop)
-    lowest = yield from _slabs(wanted.real - radius, edges, stop)
-    highest = yield from _slabs(wanted.real + radius, edges, stop)
-    for slab in range(slabs):
-        points = np.flatnonzero(at == slab)
-        queries = np.flatnonzero((lowest <= slab) & (highest >= slab))
-        yield stop
-        columns = Columns(ends[points], radius)
-        yield stop
-        for cut in range(0, len(queries), ASKED):
-            some = queries[cut : cut + ASKED]
-            for a, b in columns.pairs(wanted[some], np.full(len(some), radius)):
-                yield _joined(halves, some[a], points[b])
-
-
-def _slabs(x: FloatArray, edges: FloatArray, stop: Sums) -> Generator[Sums, None, NDArray[np.uint8]]:
-    """Return the number of the slab between `edges` that each x lies in."""
-    out = np.empty(len(x), dtype=np.uint8)
-    for cut in range(0, len(x), SLAB):
-        out[cut : cut + SLAB] = np.searchsorted(edges, x[cut : cut + SLAB], side="right")
-        yield stop
-    return out
-
-
-def _joined(halves: Halves, a: IntArray, b: IntArray) -> Sums:
+def _joined(split: Split, rests: Rests, parent: IntArray, grown: IntArray, point: IntArray) -> Sums:
     """Pairs that make a selection the one way that counts, and keep every limit."""
-    placements, first, second = halves.placements, halves.first.index, halves.second.index
-    none = placements.none
-    if halves.ordered:
-        extra = (first[a] != none).sum(axis=1) - (second[b] != none).sum(axis=1)
-        once = (extra >= 0) & (extra <= 1)
-        if second.shape[1]:
-            once &= np.where(first[a] != none, first[a], -1).max(axis=1, initial=-1) <= second[b, 0]
-    else:
-        once = (first[a] != none).sum(axis=1) + (second[b] != none).sum(axis=1) <= placements.most
-    a, b = a[once], b[once]
-    index = np.concatenate([first[a], second[b]], axis=1)
+    table, placements = split.table, split.placements
+    once = _counts(split, rests, parent, grown, table.index[point])
+    parent, grown, point = parent[once], grown[once], point[once]
+    index = np.full((len(parent), split.width), placements.none, dtype=table.index.dtype)
+    wide = rests.index.shape[1]
+    index[:, :wide], index[:, wide] = rests.index[parent], grown
+    index[:, wide + 1 : wide + 1 + table.index.shape[1]] = table.index[point]
     fits = placements.allowed(index)
-    return Sums(index[fits], halves.first.vector[a[fits]] + halves.second.vector[b[fits]])
+    vector = rests.vector[parent] + placements.vector[grown] + table.vector[point]
+    return Sums(index[fits], vector[fits])
+
+
+def _counts(split: Split, rests: Rests, parent: IntArray, grown: IntArray, other: IntArray) -> BoolArray:
+    none, depth = split.placements.none, other.shape[1]
+    if rests.side in ("whole", "apart"):
+        pieces = (rests.index[parent] != none).sum(axis=1) + (other != none).sum(axis=1)
+        return np.asarray(pieces <= split.most, dtype=np.bool_)
+    once = other[:, -1] != none
+    if rests.side == "low":
+        return np.asarray(once & (other[:, 0] >= grown), dtype=np.bool_)
+    first = rests.index[parent, 0] if rests.index.shape[1] else grown
+    once &= other[:, -1] <= first
+    return np.asarray(once & (other[:, rests.size - 1] > split.pivot) if rests.size <= depth else once, dtype=np.bool_)

@@ -1,129 +1,61 @@
-"""Exact search with a certificate: levels of the objective, each searched completely before the next.
+"""Exact search with a certificate: rungs of ever more pieces a plane, the last of them complete.
 
-For a level z, everything better than z lies in an ellipsoid around the continuous optimum (`region`). Its shadow on
-each plane is listed by meeting in the middle (`sums`), the lists are combined (`joint`), and what the box can supply
-is rated. After that no selection is better than both z and the best found. Levels grow until they meet the best.
+Each rung (`rungs`) begins with the best selection of those before it, so that more pieces, more time and, as far as a
+box can be searched at all, more masses never make the answer worse. Where no rung can be completed, parts of the
+problem around the best selection (`neighbourhood`) are searched as long as the caller has time.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
-from itertools import count
-from typing import TypeVar, cast
+from itertools import islice
 
 import numpy as np
 
 from service.balancing.selection.exact.bounds import Bounds, bounding, bounds_of
-from service.balancing.selection.exact.incumbents import TIE, Entry, Record
-from service.balancing.selection.exact.initial_cutoff import first_level
-from service.balancing.selection.exact.level_ellipsoid import Ellipsoid, ellipsoid
-from service.balancing.selection.exact.local_search import descend
-from service.balancing.selection.exact.meet_in_middle import Halves, Sums, halves_of, near, placements_of
-from service.balancing.selection.exact.plane_join import PlaneList, combine, combine_up_to
-from service.balancing.selection.exact.presolve import Opened, opened
-from service.balancing.selection.objectives import evaluate
-from service.balancing.selection.placements import Selection, effective_g, result_of, slots, vectors_of
+from service.balancing.selection.exact.meet_in_middle import cost_of
+from service.balancing.selection.exact.neighbourhood import Neighbourhood, neighbourhood, thinned
+from service.balancing.selection.exact.presolve import opened
+from service.balancing.selection.exact.rungs import ExactState, Search, improve, levels, meanwhile
+from service.balancing.selection.exact.subsets import placements_of
+from service.balancing.selection.placements import Selection, broken_limit, effective_g, result_of, slots
 from service.balancing.selection.problem import UNLIMITED, SelectionProblem, SelectionResult, Status
 from service.balancing.selection.validation import validate
 
-Stop = Callable[[], bool]
-Made = TypeVar("Made")
+__all__ = ["ExactState", "Stop", "bounds_for", "exact_result", "last_state", "never", "search_exact", "solve_exact"]
 
-LARGEST_HALF = 5_000_000
-"""Halves that one plane may list: 200 MB."""
+Stop = Callable[[], bool]
+
+
+def never() -> bool:
+    """Stop that never comes: a search then ends where it is proved or exhausted."""
+    return False
+
+
 MOST_PAIRS = 300_000
 """Pairs of position and stock item of a plane that are listed; of a longer box only some items are searched."""
-LARGEST_LIST = 1_000_000
-"""Selections of one plane that one level may list; beyond that the search ends with what is proved."""
 FEW = 4
 """Pieces a plane that are searched first where more are allowed: they take little time and are hard to beat."""
-PATIENCE = 2
-"""Levels without a proof before the best selection so far is improved by single changes."""
-CAUTION = 0.125
-"""Part of the way from the bound to the best so far that the first level goes where densities are hard to guess."""
-LEAST_STEP = 1e-6
-"""Least height of the second level over the bound, as a part of the greatest value there is."""
-QUICK_LIST, QUICK_RATED = 100_000, 1_000_000
-"""Selections of one plane, and of all, that a level may look at where it only looks for a better selection."""
-RATED_CELLS = 600_000
-"""Residuals that are computed between two stops."""
-AT_ONCE = 1e5
-"""Joint selections that are looked at in one level."""
-STEP = 2.0
-"""Growth of the level over the continuous bound from one level to the next."""
-
-
-@dataclass(frozen=True)
-class ExactState:
-    """After one step: best selections so far, best first, their values, and a bound that no selection is below.
-
-    proved: nothing better is left, for each of them. exhausted: the search ended without proof, for want of memory.
-    """
-
-    selections: tuple[Selection, ...]
-    values: tuple[float, ...]
-    lower_bound: float
-    evaluations: int
-    proved: bool = False
-    exhausted: bool = False
-
-    @property
-    def selection(self) -> Selection:
-        """The best selection."""
-        return self.selections[0]
-
-    @property
-    def value(self) -> float:
-        """The best value."""
-        return self.values[0]
-
-
-class _Search:
-    """What the steps of one search share."""
-
-    def __init__(
-        self, whole: Opened, scale: float, start: Selection | None, most: int | None, keep: int, good_enough: float
-    ) -> None:
-        self.whole = whole
-        self.problem = whole.problem
-        self.most = most
-        self.evaluations = 0
-        empty: Selection = tuple(() for _ in self.problem.planes)
-        self.record = Record(keep, max(scale, self._value(empty)), good_enough)
-        self.values_count = good_enough <= 0.0
-        self.offer(empty)
-        if start is not None:
-            self.offer(whole.narrow(start))
-        self.floor = 0.0
-        self._told: tuple[list[Entry], tuple[Selection, ...], tuple[float, ...]] = ([], (), ())
-
-    def state(self, *, proved: bool = False, exhausted: bool = False) -> ExactState:
-        """Snapshot."""
-        found = self.record.entries
-        if found is not self._told[0]:
-            selections = tuple(self.whole.widen(entry.selection) for entry in found)
-            self._told = found, selections, tuple(entry.value for entry in found)
-        return ExactState(
-            selections=self._told[1],
-            values=self._told[2],
-            lower_bound=found[0].value if proved and self.values_count else min(self.floor, found[0].value),
-            evaluations=self.evaluations,
-            proved=proved,
-            exhausted=exhausted,
-        )
-
-    def _value(self, selection: Selection) -> float:
-        return float(evaluate(self.problem.objective, vectors_of(self.problem, selection)))
-
-    def offer(self, selection: Selection) -> None:
-        """Rate one selection of the open planes."""
-        mass = effective_g(self.problem.stock)
-        items = [piece.item for pieces in selection for piece in pieces]
-        scarcity = float((1.0 / self.problem.stock.counts[items]).sum())
-        self.record.offer(selection, self._value(selection), len(items), float(mass[items].sum()), scarcity)
+MOST_ASKED = 2e7
+"""Rests that a rung which proves nothing may ask for: a few seconds."""
+MOST_ASKED_LAST = 2e9
+"""Rests that the last rung may ask for: ten minutes."""
+LONG = 64
+"""Steps of the last rung before parts of the problem are searched in between: shorter searches need no help."""
+EVERY = 8
+"""Steps of the last rung for each step of a search in between."""
+STEPS_A_PART = 150
+"""Steps of the search of one part of the problem."""
+STEPS_A_BOX = 1000
+"""Steps of the search of a thinner box."""
+FAR = 3.0
+"""Masses heavier than so many times the greatest continuous correction are left out of the parts."""
+IDLE = 20
+"""Parts searched without finding anything better before they may carry one more piece a plane."""
+STALLED = 40
+"""Parts searched without finding anything better before the search calls itself exhausted."""
 
 
 def search_exact(
@@ -135,36 +67,134 @@ def search_exact(
     good_enough: float = 0.0,
     bounds: Bounds | None = None,
 ) -> Iterator[ExactState]:
-    """Return an iterator of states, ending when the optimum is proved or the search is `exhausted`: too much memory.
+    """Return an iterator of states, ending when the optimum is proved; where it cannot be, it goes on improving.
 
     start: a selection known to be allowed. most_pieces: at most so many in all planes together. keep: how many best
     selections. good_enough: values up to it are equal, and fewest pieces, least mass, commonest stock decide; without
     it they decide among values equal to nine digits. bounds: from `bounds_for`, where several searches of one problem
-    follow each other. A step takes some ten milliseconds; the caller stops by leaving.
-    Raises NumericsError for an invalid problem.
+    follow each other. A step takes some ten milliseconds; the caller stops by leaving, at the latest when a state is
+    `exhausted` and there is no deadline to use up. Raises NumericsError for an invalid problem.
     """
     validate(problem)
+    return _searched(problem, start, most_pieces, keep, good_enough, bounds, alone=True)
+
+
+def _searched(
+    problem: SelectionProblem,
+    start: Selection | None,
+    most_pieces: int | None,
+    keep: int,
+    good_enough: float,
+    bounds: Bounds | None,
+    *,
+    alone: bool,
+) -> Iterator[ExactState]:
+    """States of one search; not `alone`: it is a part of another, and ends where it cannot be completed."""
     whole = opened(problem)
     if not whole.problem.planes or most_pieces == 0:
-        yield _Search(whole, 0.0, None, most_pieces, keep, good_enough).state(proved=True)
+        yield Search(whole, 0.0, None, most_pieces, keep, good_enough).state(proved=True)
         return
     if bounds is None:
-        known = partial(_Search, whole, 0.0, start, most_pieces, keep, good_enough)
-        bounds = yield from _meanwhile(lambda: known().state(), bounding(whole.problem))
+        known = partial(Search, whole, 0.0, start, most_pieces, keep, good_enough)
+        bounds = yield from meanwhile(lambda: known().state(), bounding(whole.problem))
     whole = whole.thinned(MOST_PAIRS, start)
-    search = _Search(whole, bounds.unit, start, most_pieces, keep, good_enough)
+    search = Search(whole, bounds.unit, start, most_pieces, keep, good_enough)
     search.floor = bounds.floor
     yield search.state()
     if bounds.dual is not None:
-        yield from _descend(search)
+        yield from improve(search)
     most = max(min(slots(p, search.problem.stock), most_pieces or UNLIMITED) for p in search.problem.planes)
-    quick = most > FEW and (yield from _levels(search, bounds, FEW))
-    if (yield from _levels(search, bounds, None)):
-        return
-    for fewer in range(min(most, FEW) - 1, 0, -1):
-        if quick or (yield from _levels(search, bounds, fewer)):
+    rungs = _rungs(search, most)
+    wanted = np.abs(bounds.continuous - np.array([plane.fixed for plane in search.problem.planes]))
+    heaviest = max(FAR * float(wanted.max()), float(effective_g(search.problem.stock).min()))
+    parts = _parts(search, heaviest, 1 + max(rungs, default=1)) if alone else iter(())
+    lighter = thinned(search.problem, search.best, heaviest, 1) if alone and most > FEW else None
+    if lighter is not None:
+        yield from _part(search, lighter, STEPS_A_BOX)
+    for rung in rungs:
+        climbing = levels(search, bounds, rung, last=rung == most)
+        finished = yield from _between(climbing, parts if rung == most else iter(()))
+        if finished and rung == most and whole.items is None:
+            return
+        if not finished:
             break
-    yield search.state(exhausted=True)
+    yield from improve(search)
+    yield from parts
+
+
+def _rungs(search: Search, most: int) -> list[int]:
+    """Pieces a plane, one rung after the other, as far as each can be searched."""
+    placements = [placements_of(plane, search.problem.stock, search.most) for plane in search.problem.planes]
+
+    def asked(rung: int) -> float:
+        return max(cost_of(placed, min(rung, placed.most)) for placed in placements)
+
+    steps = [rung for rung in range(1, min(most, FEW) + 1) if asked(rung) <= MOST_ASKED][-1:]
+    if steps and steps[0] < min(most, FEW):
+        return steps
+    for rung in range(FEW + 1, most + 1):
+        if asked(rung) > (MOST_ASKED_LAST if rung == most else MOST_ASKED):
+            break
+        steps.append(rung)
+    return steps
+
+
+def _between(
+    climbing: Generator[ExactState, None, bool], parts: Iterator[ExactState]
+) -> Generator[ExactState, None, bool]:
+    """States of a rung, and now and then one of the parts that are searched in between; whether it was finished."""
+    number = 0
+    while True:
+        try:
+            state = next(climbing)
+        except StopIteration as done:
+            return bool(done.value)
+        yield state
+        number += 1
+        if number > LONG and number % EVERY == 0 and not state.proved:
+            yield from (state for state in [next(parts, None)] if state is not None)
+
+
+def _parts(search: Search, heaviest: float, pieces: int) -> Iterator[ExactState]:
+    """Search thinner boxes, then parts around the best selection, without end: any of them may improve it.
+
+    pieces: a plane, that the parts carry at first.
+    """
+    stride = 1
+    while thinned(search.problem, search.best, heaviest, 2 * stride) is not None:
+        stride *= 2
+    while stride > 1:
+        part = thinned(search.problem, search.best, heaviest, stride)
+        if part is not None:
+            yield from _part(search, part, STEPS_A_BOX)
+        stride //= 2
+    rng = np.random.default_rng(1)
+    idle = 0
+    while True:
+        before = search.record.entries[0].value
+        # The same parts whatever the limit is, until they bring nothing: a higher limit is then never worse.
+        carried = tuple(replace(plane, max_pieces=min(plane.max_pieces, pieces)) for plane in search.problem.planes)
+        around = neighbourhood(replace(search.problem, planes=carried), search.best, heaviest, rng)
+        yield from _part(search, around, STEPS_A_PART)
+        idle = 0 if search.record.entries[0].value < before else idle + 1
+        pieces += idle > 0 and idle % IDLE == 0
+        search.exhausted = idle >= STALLED
+        yield search.state()
+
+
+def _part(search: Search, part: Neighbourhood, steps: int) -> Iterator[ExactState]:
+    """Search one part of the problem, and take what it finds."""
+    kept = sum(map(len, part.kept))
+    most = None if search.most is None else search.most - kept
+    states = _searched(part.problem, part.start, most, search.keep, search.good_enough, None, alone=False)
+    found: ExactState | None = None
+    for state in islice(states, steps):
+        found = state
+        yield search.state()
+    for selection in found.selections if found is not None else ():
+        wide = part.widen(selection)
+        if broken_limit(search.problem, wide) is None:
+            search.offer(wide)
 
 
 def bounds_for(problem: SelectionProblem) -> Bounds | None:
@@ -173,128 +203,13 @@ def bounds_for(problem: SelectionProblem) -> Bounds | None:
     return bounds_of(whole) if whole.planes else None
 
 
-def _levels(search: _Search, bounds: Bounds, rung: int | None) -> Generator[ExactState, None, bool]:
-    """Search at most `rung` pieces a plane, level by level; True where it could be finished.
-
-    Only the search of everything (None) proves, and only where its halves are complete.
-    """
-    halves = yield from _halves(search, rung)
-    complete = rung is None and search.whole.items is None and all(h.complete for h in halves)
-    ceiling = bounds.unit
-    highest = min(search.record.cap, ceiling)
-    if math.prod(half.selections for half in halves) <= AT_ONCE:
-        level = highest
-    else:
-        level = yield from _meanwhile(search.state, first_level(bounds, halves, highest))
-        if bounds.dual is not None:
-            level = min(level, bounds.floor + CAUTION * (highest - bounds.floor))
-    for number in count():
-        if number == PATIENCE and bounds.dual is None:
-            yield from _descend(search)
-        level = min(level, search.record.cap * (1.0 + 2.0 * TIE), ceiling)
-        region = ellipsoid(bounds, level)
-        if region is not None and not (yield from _search_level(search, halves, region, quick=rung is not None)):
-            return False
-        reached = search.record.cap <= level or level >= ceiling
-        if complete and search.values_count:
-            search.floor = max(search.floor, min(level, search.record.entries[0].value))
-        yield search.state(proved=complete and reached)
-        if reached:
-            return complete or rung is not None
-        level = bounds.floor + max(STEP * (level - bounds.floor), LEAST_STEP * (ceiling - bounds.floor))
-    return False  # pragma: no cover - the levels end by themselves
-
-
-def _descend(search: _Search) -> Iterator[ExactState]:
-    """Improve the best selection by single changes: a level that meets it ends the search."""
-    placements = [placements_of(plane, search.problem.stock, search.most) for plane in search.problem.planes]
-    for better in descend(search.problem, placements, search.record.entries[0].selection, search.most):
-        if better is not None:
-            search.offer(better)
-        yield search.state()
-
-
-def _halves(search: _Search, rung: int | None) -> Generator[ExactState, None, list[Halves]]:
-    """Halves of every plane; planes with the same positions and limits share theirs."""
-    problem = search.problem
-    limits = [m for m in (rung, search.most) if m is not None]
-    halves: list[Halves] = []
-    for p, plane in enumerate(problem.planes):
-        same = next((q for q in range(p) if search.whole.alike(p, q)), None)
-        if same is not None:
-            halves.append(halves[same])
-            continue
-        building = halves_of(placements_of(plane, problem.stock, min(limits, default=None)), LARGEST_HALF)
-        halves.append((yield from _meanwhile(search.state, building)))
-    return halves
-
-
-def _meanwhile(
-    state: Callable[[], ExactState], steps: Generator[None, None, Made]
-) -> Generator[ExactState, None, Made]:
-    """Result of `steps` that find no selection: the state stays as it is between them."""
-    while True:
-        try:
-            next(steps)
-        except StopIteration as done:
-            return cast(Made, done.value)
-        yield state()
-
-
-def _search_level(
-    search: _Search, halves: list[Halves], region: Ellipsoid, *, quick: bool
-) -> Generator[ExactState, None, bool]:
-    """Search one ellipsoid completely; False where its lists grow too long, or `quick` takes too long."""
-    longest, rated = (QUICK_LIST, QUICK_RATED) if quick else (LARGEST_LIST, math.inf)
-    spent = 0
-    lists: list[PlaneList] = []
-    for p, (half, plane) in enumerate(zip(halves, search.problem.planes, strict=True)):
-        centre, shape = _shadow(region, p)
-        found: list[Sums] = []
-        total = 0
-        for part in near(half, centre - plane.fixed, shape, 1.0 + TIE):
-            found += [part] if len(part) else []
-            total += len(part)
-            if total > longest:
-                return False
-            yield search.state()
-        if not found:
-            return True
-        sums = Sums(np.concatenate([s.index for s in found]), np.concatenate([s.vector for s in found]))
-        yield search.state()
-        lists.append(PlaneList.of(sums, half.placements, plane.fixed))
-    joints = combine(lists, region) if search.most is None else combine_up_to(lists, region, search.most)
-    for joint in joints:
-        values = np.empty(len(joint))
-        chunk = RATED_CELLS // len(search.problem.objective.offset)
-        for cut in range(0, len(joint), chunk):
-            values[cut : cut + chunk] = evaluate(search.problem.objective, joint.vectors[cut : cut + chunk])
-            if cut + chunk < len(joint):
-                yield search.state()
-        search.evaluations += len(values)
-        spent += len(values)
-        if spent > rated:
-            return False
-        search.record.rate(joint, values, search.problem.stock.counts)
-        yield search.state()
-    return True
-
-
-def _shadow(region: Ellipsoid, p: int) -> tuple[complex, tuple[complex, complex]]:
-    """Shadow of the ellipsoid on plane p: its centre, and the map T(z) = a z + b conj(z) that makes it a unit disc."""
-    own = slice(2 * p, 2 * p + 2)
-    turn = np.linalg.cholesky(np.linalg.inv(np.linalg.inv(region.form)[own, own])).T
-    x, y = complex(turn[0, 0], turn[1, 0]), complex(turn[0, 1], turn[1, 1])
-    return complex(*region.centre[own]), ((x - 1j * y) / 2.0, (x + 1j * y) / 2.0)
-
-
 def solve_exact(
     problem: SelectionProblem,
     *,
     start: Selection | None = None,
     most_pieces: int | None = None,
     uncertainty: float = 0.0,
-    stop: Stop = lambda: False,
+    stop: Stop = never,
 ) -> SelectionResult:
     """Best selection with a proven lower bound; status says how it ended.
 
@@ -302,14 +217,21 @@ def solve_exact(
     the measurement cannot tell. `limit_reached`: stopped by `stop()` or by memory; value and bound still hold.
     """
     states = search_exact(problem, start=start, most_pieces=most_pieces)
-    state = last_state(states, lambda now: now.value - now.lower_bound <= uncertainty or stop())
+    state = last_state(
+        states, lambda now: now.value - now.lower_bound <= uncertainty or stop(), patient=stop is not never
+    )
     return exact_result(problem, state, uncertainty, limited=most_pieces is not None)
 
 
-def last_state(states: Iterator[ExactState], enough: Callable[[ExactState], bool]) -> ExactState:
-    """Advance a search until it ends or a state is `enough`, and return that state."""
+def last_state(
+    states: Iterator[ExactState], enough: Callable[[ExactState], bool], *, patient: bool = False
+) -> ExactState:
+    """Advance a search until it ends or a state is `enough`, and return that state.
+
+    patient: an exhausted search goes on trying until `enough`, which then has to come by a deadline.
+    """
     state = next(states)
-    while not enough(state):
+    while not enough(state) and (patient or not state.exhausted):
         following = next(states, None)
         if following is None:
             break

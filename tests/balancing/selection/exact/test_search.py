@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from service.balancing.selection.brute_force import solve_exhaustive
-from service.balancing.selection.exact import meet_in_middle, search
-from service.balancing.selection.exact.meet_in_middle import Placements
+from service.balancing.selection.exact import rungs, search
 from service.balancing.selection.exact.search import search_exact, solve_exact
+from service.balancing.selection.exact.subsets import Placements, placements_of
 from service.balancing.selection.objectives import components, evaluate
 from service.balancing.selection.placements import broken_limit, vectors_of
 from service.balancing.selection.problem import Piece, SelectionPlane, SelectionProblem, Stock
@@ -23,12 +23,12 @@ CLOSE = 1e-8
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("at_once", [0.0, search.AT_ONCE])
+@pytest.mark.parametrize("at_once", [0.0, rungs.AT_ONCE])
 def test_equals_brute_force_and_no_bound_is_violated(
     kind: str, at_once: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With at_once 0 these small problems go through levels, as large ones do."""
-    monkeypatch.setattr(search, "AT_ONCE", at_once)
+    monkeypatch.setattr(rungs, "AT_ONCE", at_once)
     for seed in (*range(8), 5148):
         problem = random_problem(kind, seed)
         check_states(problem, Every.of(problem))
@@ -172,14 +172,14 @@ def long_box() -> SelectionProblem:
 def test_a_box_too_long_to_be_listed_is_answered_with_an_honest_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     """Only some of its items are searched: whatever is found is allowed, nothing is called proved."""
     listed: list[int] = []
-    of = meet_in_middle.placements_of
+    of = placements_of
 
     def counted(where: SelectionPlane, box: Stock, most: int | None = None) -> Placements:
         placed = of(where, box, most)
         listed.append(placed.none)
         return placed
 
-    monkeypatch.setattr(search, "placements_of", counted)
+    monkeypatch.setattr(rungs, "placements_of", counted)
     monkeypatch.setattr(search, "MOST_PAIRS", 1500)
     start = ((Piece(5, 987),), (Piece(7, 432),))
     for state in islice(search_exact(long_box(), start=start), 200):
