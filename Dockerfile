@@ -7,8 +7,7 @@ COPY drivers drivers
 COPY db db
 RUN python3 -m venv /opt/drumtrue \
  && /opt/drumtrue/bin/pip install --no-cache-dir --disable-pip-version-check -c requirements.lock . \
- && find /opt/drumtrue/lib/python3*/site-packages/scipy /opt/drumtrue/lib/python3*/site-packages/matplotlib \
-    -type d -name tests -prune -exec rm -rf {} + \
+ && find /opt/drumtrue/lib/python3*/site-packages/scipy -type d -name tests -prune -exec rm -rf {} + \
  && /opt/drumtrue/bin/pip uninstall --yes --quiet setuptools pip
 
 ARG BASE=python:3.11-slim

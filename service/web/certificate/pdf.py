@@ -5,7 +5,6 @@ fpdf2 and the fonts are loaded with the first certificate, not when the service 
 
 from __future__ import annotations
 
-import importlib.util
 import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,8 @@ if TYPE_CHECKING:
 MARGIN, WIDTH, HEIGHT = 14.0, 210.0, 297.0
 BODY = WIDTH - 2.0 * MARGIN
 FOOT = 13.0
+FONTS = Path(__file__).parent / "fonts"
+"""DejaVu Sans, kept here under its own free licence."""
 FONT = "DejaVu"
 _SMALL, _LINE = 7.6, 3.7
 _INK, _SOFT, _RULE, _GROUND = (17, 24, 32), (80, 92, 104), (150, 160, 170), (238, 241, 244)
@@ -51,7 +52,7 @@ def to_pdf(sheet: Sheet) -> bytes:
     pdf.set_title(f"{sheet.title}: {sheet.subject}")
     pdf.set_producer("Drumtrue")
     for style, name in (("", "DejaVuSans.ttf"), ("B", "DejaVuSans-Bold.ttf")):
-        pdf.add_font(FONT, style, str(_fonts() / name))
+        pdf.add_font(FONT, style, str(FONTS / name))
     pdf.set_margin(MARGIN)
     pdf.set_auto_page_break(True, FOOT + 1.0)
     pdf.add_page()
@@ -60,14 +61,6 @@ def to_pdf(sheet: Sheet) -> bytes:
         _section(pdf, section)
     _signatures(pdf, sheet)
     return bytes(pdf.output())
-
-
-def _fonts() -> Path:
-    """DejaVu as it comes with matplotlib, which is not loaded for it."""
-    spec = importlib.util.find_spec("matplotlib")
-    assert spec is not None  # noqa: S101
-    assert spec.origin is not None  # noqa: S101
-    return Path(spec.origin).parent / "mpl-data" / "fonts" / "ttf"
 
 
 def _head(pdf: FPDF, sheet: Sheet) -> None:
