@@ -17,7 +17,7 @@ from drivers.bridge.direct_delivery import Direct, Express
 from drivers.bridge.read_buffer import Intake
 from drivers.bridge.spool import Spool
 from drivers.clock import Clock
-from drivers.errors import BusUnavailable, DeliveryGivenUp, SpoolFull
+from drivers.errors import BrokenSource, BusUnavailable, DeliveryGivenUp, SpoolFull
 from drivers.protocol import Driver
 from drivers.reading import Answer, Entry, Mark
 
@@ -59,13 +59,17 @@ class Bridge:
     ) -> None:
         self._driver, self._spool, self._sender = driver, spool, sender
         self._stop, self._clock, self._report, self._describe = stop, clock, report, describe
-        self._status_s = status_s
+        self._status_s, self._live = status_s, live
         self._intake = Intake(live=live, stop=stop)
         self._bus_pauses = Backoff(rng)
         self._kept = threading.Event()
         self._ended = threading.Event()
         self._failure: BaseException | None = None
         self.totals = Totals()
+        self.trouble: str | None = None
+        """Why the source is not read now; None: it is."""
+        self.reopened = 0
+        """How often a lost source was opened again."""
         self._delivery = Delivery(
             spool, sender, self.totals, rng=rng, report=report, batch_size=batch_size, patience=patience
         )
@@ -106,6 +110,11 @@ class Bridge:
             )
         return self.totals
 
+    def stop(self) -> None:
+        """End `run`, from any thread."""
+        self._stop.set()
+        self._kept.set()
+
     def _end(self, threads: Sequence[threading.Thread]) -> None:
         self._stop.set()
         self._driver.close()
@@ -124,9 +133,11 @@ class Bridge:
             ("overflowed", totals.overflowed),
             ("set aside", totals.set_aside),
             ("retries", totals.retries),
+            ("reopened", self.reopened),
         ):
             words += [f"{name} {count}"] if count else []
-        return ", ".join(one for one in (*words, self._delivery.state(), self._describe()) if one)
+        trouble = f"NOT READ: {self.trouble}" if self.trouble else ""
+        return ", ".join(one for one in (*words, trouble, self._delivery.state(), self._describe()) if one)
 
     # ------------------------------------------------------------ source to spool
     def _guarded(self, work: Callable[[], None]) -> None:
@@ -144,23 +155,28 @@ class Bridge:
                         self._intake.put(reading)
                         self._bus_pauses.reset()
                     return
-                except BusUnavailable as error:
+                except Exception as error:
+                    if isinstance(error, BrokenSource) or not (self._live or isinstance(error, BusUnavailable)):
+                        raise  # a file that is wrong stays so; a bus goes on
                     self._reopen(error)
         finally:
             self._intake.end()
 
-    def _reopen(self, error: BusUnavailable) -> None:
-        """Open a lost bus again, as often as it takes."""
-        self._driver.close()
+    def _reopen(self, error: Exception) -> None:
+        """Open a lost bus again, as often as it takes, whatever it or its reader raised."""
         while not self._stop.is_set():
+            self.trouble = str(error) or type(error).__name__
             pause = self._bus_pauses.next_s()
-            self._report(f"{error} Next attempt in {pause:.1f} s.")
+            self._report(f"{self.trouble} Next attempt in {pause:.1f} s.")
             if self._clock.wait(self._stop, pause):
                 return
             try:
+                self._driver.close()
                 self._driver.open()
+                self.reopened += 1
+                self.trouble = None
                 return
-            except BusUnavailable as again:
+            except Exception as again:  # an adapter that is pulled raises anything
                 error = again
 
     def _keep(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 
 from drivers.base import BaseDriver
@@ -83,7 +84,8 @@ class CanDriver(BaseDriver):
         self._count(missed=len(self._waiting))
         self._waiting.clear()
         if frames is not None:
-            frames.close()
+            with suppress(Exception):  # an adapter that is gone cannot be let go of
+                frames.close()
 
     def _next(self) -> Reading | None:
         """Raises `BusUnavailable` where the bus is lost."""

@@ -21,6 +21,7 @@ from db.store import Store
 from db.unreadable import DocumentRefused, UnreadableRow
 from service.errors import Conflict, InvalidInput, NotFound, StorageFull, Unavailable
 from service.runtime.group_commit import Together
+from service.runtime.listeners import Listeners
 from service.runtime.metrics import Meters
 from service.runtime.solver_slots import Turns
 
@@ -57,6 +58,7 @@ class Work:
     together: Together[Any, Any] = field(default_factory=Together)
     turns: Turns = field(default_factory=Turns)
     long_list: threading.Lock = field(default_factory=threading.Lock)
+    listeners: Listeners = field(default_factory=Listeners)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
     """A unit of work under way that `write` joins: whoever began it ends it."""
     seen: int | None = None

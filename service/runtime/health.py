@@ -42,4 +42,5 @@ def metrics(work: Work) -> bytes:
     now = work.now()
     with work.read() as store:
         newest = store.newest_by_source()
-    return work.meters.text({source: (now - at).total_seconds() for source, at in newest.items()})
+    lags_s = {source: (now - at).total_seconds() for source, at in newest.items()}
+    return work.meters.text(lags_s, work.listeners.states())

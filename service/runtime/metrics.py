@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
+
+from service.runtime.listeners import ListenerState
 
 MOST_SOURCES = 500
 """Sources with a line of their own; a stranger's thousand names must not fill the memory."""
@@ -44,6 +46,21 @@ class Meters:
             buckets=_REQUEST_S,
             registry=registry,
         )
+        self._listening = Gauge(
+            "drumtrue_listener_up", "1 while a bus is read, 0 while it is opened again.", ["source"], registry=registry
+        )
+        self._again = Gauge(
+            "drumtrue_listener_again",
+            "Times that a bus was opened, or its reader started, again.",
+            ["source"],
+            registry=registry,
+        )
+        self._frames = Gauge(
+            "drumtrue_frames_refused",
+            "Frames of a bus without a reading, since its reader was started.",
+            ["source", "reason"],
+            registry=registry,
+        )
         self._highest: dict[str, int] = {}
         self._lock = threading.Lock()
 
@@ -78,8 +95,13 @@ class Meters:
         """Count a request."""
         self._requests.labels(operation, str(status)).observe(seconds)
 
-    def text(self, lags_s: dict[str, float]) -> bytes:
+    def text(self, lags_s: dict[str, float], listeners: Sequence[ListenerState] = ()) -> bytes:
         """All of it in Prometheus' text format, with the age of each bound source's newest reading, s."""
+        for one in listeners:
+            self._listening.labels(one.source).set(one.state == "listening")
+            self._again.labels(one.source).set(one.reopened + one.restarts)
+            for reason, count in one.refused.items():
+                self._frames.labels(one.source, reason).set(count)
         self._lag.clear()
         for source, lag in lags_s.items():
             self._lag.labels(source).set(lag)

@@ -13,6 +13,7 @@ from db.store import Store
 from service.api.telemetry import REQUEST_ID
 from service.cli.support.logs import JsonLines
 from service.runtime import health
+from service.runtime.listeners import ListenerState
 from tests.support.http.workshop import Workshop, application
 
 
@@ -137,3 +138,31 @@ def _every_route() -> Any:
     from fastapi.routing import iter_route_contexts
 
     return iter_route_contexts(application().routes)
+
+
+def test_a_bus_that_is_not_read_shows_in_health_and_metrics(shared_shop: Workshop) -> None:
+    listeners = shared_shop.work.listeners
+    state = ListenerState(
+        source="shed", state="reopening", reason="can0 was lost", reopened=3, restarts=1, refused={"late": 2}
+    )
+    listeners.add("shed", lambda: state)
+    try:
+        answer = shared_shop.client.get("/health")
+        assert (answer.status_code, answer.json()["status"]) == (200, "degraded")
+        assert answer.json()["listeners"] == [
+            {
+                "source": "shed",
+                "state": "reopening",
+                "reason": "can0 was lost",
+                "reopened": 3,
+                "restarts": 1,
+                "refused": {"late": 2},
+            }
+        ]
+        found = figures(shared_shop)
+        assert found['drumtrue_listener_up{source="shed"}'] == 0.0
+        assert found['drumtrue_listener_again{source="shed"}'] == 4.0
+        assert found['drumtrue_frames_refused{reason="late",source="shed"}'] == 2.0
+    finally:
+        listeners.remove("shed")
+    assert shared_shop.client.get("/health").json()["status"] == "ok"

@@ -15,6 +15,7 @@ from service.model.base import document
 from service.runtime import health
 from service.runtime.context import Work
 from service.runtime.health import Readiness
+from service.runtime.listeners import ListenerState
 from service.version import __version__
 
 router = APIRouter(route_class=StrictRoute)
@@ -29,11 +30,13 @@ class Health:
     """State of the service."""
 
     status: str
-    """ok, or broken when the database does not answer."""
+    """ok; degraded: a bus that the service listens to is not read now; broken: the database does not answer."""
     version: str
     """Version of Drumtrue."""
     database: str
     """ok, or what the database said."""
+    listeners: tuple[ListenerState, ...] = ()
+    """Each bus that the service listens to itself."""
 
 
 GONE: dict[int | str, dict[str, Any]] = {503: {"model": Health, "description": "The database is gone."}}
@@ -48,7 +51,9 @@ def get_health(work: WorkDep, response: Response) -> Health:
     except Exception as broken:
         response.status_code = 503
         return Health(status="broken", version=__version__, database=type(broken).__name__)
-    return Health(status="ok", version=__version__, database="ok")
+    heard = work.listeners.states()
+    status = "ok" if all(one.state == "listening" for one in heard) else "degraded"
+    return Health(status=status, version=__version__, database="ok", listeners=heard)
 
 
 @probes.get("/health/live")
