@@ -65,11 +65,11 @@ def record_digest(session: Session, session_id: str) -> str | None:
         texts = {column for column in columns if isinstance(table.c[column].type, Document)}
         chosen = [type_coerce(table.c[c], Text).label(c) if c in texts else table.c[c] for c in columns]
         found = session.execute(select(*chosen).where(owner == session_id).order_by(table.c.id)).mappings()
-        record[name] = [{c: _parsed(row[c]) if c in texts else row[c] for c in columns} for row in found]
+        record[name] = [{c: parsed(row[c]) if c in texts else row[c] for c in columns} for row in found]
     return digest([FORMAT, record]) if record["session"] else None
 
 
-def _parsed(text: str) -> Any:
+def parsed(text: str) -> Any:
     """The value of a JSON text that has a canonical form; else the text: a damaged document has a digest too."""
     try:
         value = json.loads(text, parse_constant=_finite, parse_float=_finite)

@@ -7,7 +7,7 @@ for each other. A session's version counts what changes in it, a plan's what cha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
@@ -18,6 +18,7 @@ from sqlalchemy.orm import Session
 from sqlalchemy.orm.attributes import get_history
 
 from db.audit_chain import BEGIN, ENTRY, FORMAT, link, record_digest
+from db.row_digests import COLUMNS, ROWS, digests
 from db.rows import AuditRow, Base, CorrectionRow, PlanRow, RunRow, SessionRow, StockBalanceRow, StopRow
 from db.types import Document
 from service.model.base import to_plain
@@ -25,7 +26,7 @@ from service.model.base import to_plain
 _LOCK = 7_325_118
 """Advisory lock of PostgreSQL under which the chain grows; SQLite has one writer at a time anyhow."""
 _PARTS = (RunRow, CorrectionRow, PlanRow, StopRow)
-_UNTOLD = frozenset({"audit", "login", "idempotency", "source_mark"})
+_UNTOLD = frozenset({"audit", "login", "idempotency", "source_mark", "reading_range"})
 """Tables without history: itself, browsers that come and go, keys of requests, counters that never stand still."""
 KINDS = frozenset(Base.metadata.tables) - _UNTOLD - {StockBalanceRow.__tablename__}
 """What an entry may be about: the names of the tables with history."""
@@ -58,8 +59,9 @@ class History:
         *,
         session_id: str | None = None,
         chained: bool = True,
+        rows: Iterable[tuple[str, Any]] = (),
     ) -> None:
-        """Tell a change that does not go through the ORM."""
+        """Tell a change that does not go through the ORM. rows: table and key of each row that it writes."""
         known = self._changed.get((kind, key)) if action == "changed" else None
         if known is not None:
             # What changes twice in a unit changed once: from what it was first to what it is last.
@@ -67,7 +69,7 @@ class History:
                 known["changes"][name] = [known["changes"].get(name, [before])[0], after]
             return
         entry = {"action": action, "kind": kind, "key": key, "session_id": session_id, "changes": dict(changes)}
-        self._entries.append({**entry, "actor": self._actor, "chained": chained})
+        self._entries.append({**entry, "actor": self._actor, "chained": chained, "rows": tuple(rows)})
         if action == "changed":
             self._changed[kind, key] = self._entries[-1]
 
@@ -98,11 +100,26 @@ class History:
         if not self._entries:
             return
         stamp = {"at": self._now()}
-        chained = [{**entry, **stamp} for entry in self._entries if entry["chained"]]
+        chained = [{**entry, **stamp} for entry in self._with_digests() if entry["chained"]]
         loose = [{**entry, **stamp, "number": None, "hash": None} for entry in self._entries if not entry["chained"]]
         rows = [{name: row[name] for name in (*ENTRY, "hash")} for row in (*loose, *self._linked(chained))]
         # Past the ORM, which would look at each row again.
         self._session.connection().execute(insert(AuditRow), rows)
+
+    def _with_digests(self) -> list[dict[str, Any]]:
+        """The entries, each with the digests of the rows it is about, as they are stored now."""
+        wanted: dict[str, dict[str, Any]] = {}
+        for entry in self._entries:
+            for table, key in entry["rows"]:
+                wanted.setdefault(table, {})[str(key)] = key
+        connection = self._session.connection()
+        found = {table: digests(connection, table, list(keys.values())) for table, keys in wanted.items()}
+        return [
+            {**entry, "changes": {**entry["changes"], ROWS: _digests_of(entry["rows"], found)}}
+            if entry["rows"]
+            else entry
+            for entry in self._entries
+        ]
 
     def _linked(self, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         if not rows:
@@ -145,7 +162,8 @@ class History:
             return None
         owner = row.id if isinstance(row, SessionRow) else getattr(row, "session_id", None)
         self._guard(row, kind, action, owner)
-        self.note(action, kind, str(_key(row)), changes, session_id=owner)
+        rows = [(kind, _key(row))] if kind in COLUMNS else []
+        self.note(action, kind, str(_key(row)), changes, session_id=owner, rows=rows)
         if action == "changed" and isinstance(row, PlanRow):
             row.plan = replace(row.plan, version=row.plan.version + 1)
         return owner if isinstance(row, (*_PARTS, SessionRow)) else None
@@ -160,6 +178,10 @@ class History:
             was = () if session is None else get_history(session, "state")
             if "closed" in (*was.deleted, *was.unchanged) if was else False:
                 raise ClosedForGood(f"session {owner} is closed: a correction of it is a new session")
+
+
+def _digests_of(rows: Iterable[tuple[str, Any]], found: Mapping[str, Mapping[str, str]]) -> dict[str, str | None]:
+    return {f"{table} {key}": found[table].get(str(key)) for table, key in rows}
 
 
 def _key(row: Base) -> object:

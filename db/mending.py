@@ -38,7 +38,7 @@ def mend(session: Session, history: History) -> list[tuple[str, str]]:
         sealed = record_digest(session, owner) if state == "closed" else None
         session.execute(update(_RUN).where(_RUN.c.id == key).values(run=json.dumps(after, separators=(",", ":"))))
         changes = {"run.readings": [before["readings"], after["readings"]]}
-        history.note("changed", "run", key, changes, session_id=owner)
+        history.note("changed", "run", key, changes, session_id=owner, rows=[("run", key)])
         if sealed is None:
             count = {"version": _SESSION.c.version + 1}
             session.execute(update(_SESSION).where(_SESSION.c.id == owner).values(count))

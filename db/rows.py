@@ -284,6 +284,17 @@ class ReadingMinuteRow(Base):
     overall_rms: Mapped[float | None]
 
 
+class ReadingRangeRow(Base):
+    """Numbers of a source's readings that were rolled up: sent again, they are known and not stored a second time."""
+
+    __tablename__ = "reading_range"
+    __table_args__ = (Index(None, "source", "last"),)
+
+    source: Mapped[str] = mapped_column(String(100), primary_key=True)
+    first: Mapped[int] = mapped_column(BigInteger, primary_key=True, autoincrement=False)
+    last: Mapped[int] = mapped_column(BigInteger)
+
+
 class TokenRow(Base):
     """A token; digest: SHA-256 of its secret in hexadecimal, the secret itself is nowhere. Rows are never deleted."""
 

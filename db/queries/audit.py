@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 from sqlalchemy import select
 
-from db.audit_chain import record_digest
 from db.mending import mend
 from db.queries.base import Queries
-from db.rows import AuditRow, SessionRow
+from db.rows import AuditRow
 from db.set_apart import faults, readable
 from db.unreadable import Fault
+from db.verification import Walk, chained
 
 
 class Past(Queries):
@@ -35,12 +35,13 @@ class Past(Queries):
                 query = query.where(getattr(AuditRow, name) == value)
         return readable(self._page(query, limit, offset))
 
-    def chained(self, after: int, most: int) -> Sequence[AuditRow]:
-        """Entries of the chain above a number, in order."""
-        query = select(AuditRow).where(AuditRow.number > after).order_by(AuditRow.number).limit(most)
-        rows = self._session.scalars(query).all()
-        self._session.expunge_all()
-        return rows
+    def walk(self) -> Walk:
+        """A walk along the chain and through the tables that compares the two."""
+        return Walk(self._session)
+
+    def is_on_chain(self, number: int, digest: str) -> bool:
+        """Whether the chain has this entry."""
+        return any((line.number, line.hash) == (number, digest) for line in chained(self._session, number - 1, 1))
 
     def faults(self) -> Sequence[Fault]:
         """Every document there is that cannot be read."""
@@ -50,11 +51,3 @@ class Past(Queries):
         """Mend what needs no guess; kind and key of each thing that was mended."""
         assert self._history is not None, "a unit that only looks mends nothing"  # noqa: S101
         return mend(self._session, self._history)
-
-    def closed_sessions(self) -> Sequence[str]:
-        """Identifiers of all closed sessions."""
-        return self._session.scalars(select(SessionRow.id).where(SessionRow.state == "closed")).all()
-
-    def record_digest(self, session_id: str) -> str | None:
-        """Digest of all that is stored of a session, as `db.audit_chain` says; None where it is not stored."""
-        return record_digest(self._session, session_id)

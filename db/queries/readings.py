@@ -11,12 +11,14 @@ from sqlalchemy import CursorResult, Select, and_, delete, func, insert, or_, se
 from db.bulk_insert import NewReading, insert_new
 from db.pubsub import stream
 from db.queries.base import Queries
+from db.reading_batches import BATCH, Range, batch_digest, is_within, merged, ranges_of
 from db.rows import (
     AuditRow,
     BalancerAnswerRow,
     MachineRow,
     ReadingFindingsRow,
     ReadingMinuteRow,
+    ReadingRangeRow,
     ReadingRow,
     SourceMarkRow,
     SourceRow,
@@ -56,12 +58,37 @@ class Readings(Queries):
     def add_readings(self, rows: Sequence[NewReading]) -> int:
         """Insert readings whose (source, sequence) is not stored yet; returns how many were."""
         stream(self._session, {row.machine_id for row in rows})
-        added = insert_new(self._session.connection(), rows)
+        of_source: dict[str, list[NewReading]] = {}
+        for row in self._not_rolled_up(rows):
+            of_source.setdefault(row.source, []).append(row)
+        fresh = [row for of_one in of_source.values() for row in of_one]
+        added = insert_new(self._session.connection(), fresh) if fresh else 0
         if added:
-            for source, last in {row.source: row.sequence for row in rows}.items():
-                told = {"new": added, "last_sequence": last}
+            for source, sent in of_source.items():
+                numbers = [row.sequence for row in sent]
+                stored = sent if added == len(fresh) else self._stored(source, numbers)
+                batch = {"sequences": ranges_of(numbers), "sha256": batch_digest(stored)}
+                told = {"new": added, "last_sequence": sent[-1].sequence, BATCH: batch}
                 self._note("sent", ReadingRow.__tablename__, source, told, chained=False)
         return added
+
+    def _not_rolled_up(self, rows: Sequence[NewReading]) -> Sequence[NewReading]:
+        """The readings whose numbers were not rolled up; others wait with that until the unit of work ends."""
+        if self._session.get_bind().dialect.name == "postgresql":
+            self._session.execute(select(func.pg_advisory_xact_lock_shared(_ROLLING)))
+        lowest: dict[str, int] = {}
+        for row in rows:
+            lowest[row.source] = min(row.sequence, lowest.get(row.source, row.sequence))
+        gone: dict[str, list[Range]] = {}
+        kind = ReadingRangeRow
+        for source, least in lowest.items():
+            query = select(kind.first, kind.last).where(kind.source == source, kind.last >= least)
+            if found := [(first, last) for first, last in self._session.execute(query)]:
+                gone[source] = found
+        return [row for row in rows if not is_within(row.sequence, gone.get(row.source, ()))] if gone else rows
+
+    def _stored(self, source: str, numbers: Sequence[int]) -> Sequence[Any]:
+        return list(self.known(ReadingRow, [(source, number) for number in numbers]).values())
 
     def put_mark(self, source: str, number: int, counters: tuple[FrameCounter, ...]) -> None:
         """Store how far the counters of a source's frames are, in place of what was stored before."""
@@ -216,6 +243,7 @@ class Readings(Queries):
     def roll_up(self, source: str, until: datetime, readings: int, minutes: list[dict[str, Any]]) -> None:
         """Remove raw readings of a source from before a moment, and store what is left of them."""
         self._session.execute(insert(ReadingMinuteRow), minutes)
+        self._remember_numbers(source, until)
         self._session.execute(delete(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until))
         old = ReadingFindingsRow.source == source, ReadingFindingsRow.taken_at < until
         self._session.execute(delete(ReadingFindingsRow).where(*old))
@@ -223,6 +251,18 @@ class Readings(Queries):
         if self._history is not None:
             changes = {"rolled_up_before": [None, until.isoformat()], "readings": [readings, 0]}
             self._history.note("changed", "source", source, changes)
+
+    def _remember_numbers(self, source: str, until: datetime) -> None:
+        """Keep the numbers of the raw readings of a source from before a moment, joined with those kept already."""
+        query = select(ReadingRow.sequence).where(ReadingRow.source == source, ReadingRow.taken_at < until)
+        if not (new := ranges_of(self._session.scalars(query))):
+            return
+        kind = ReadingRangeRow
+        near = kind.source == source, kind.last >= new[0][0] - 1, kind.first <= new[-1][1] + 1
+        kept = [(first, last) for first, last in self._session.execute(select(kind.first, kind.last).where(*near))]
+        self._session.execute(delete(kind).where(*near))
+        joined = merged([*kept, *new])
+        self._session.execute(insert(kind), [{"source": source, "first": a, "last": b} for a, b in joined])
 
     def _forget_arrivals(self, source: str, until: datetime) -> None:
         """Remove the lines of history that tell of readings sent before a moment: a bridge makes a million a day."""

@@ -105,7 +105,9 @@ class Records(Queries):
                 self._session.execute(insert(kind), [{**row, "session_id": session_id} for row in rows])
         stream(self._session, (session_id, session["machine_id"]))
         if self._history is not None:
-            self._history.note("imported", SessionRow.__tablename__, session_id, told, session_id=session_id)
+            stored = [(part.__tablename__, row["id"]) for part, rows in parts.items() for row in rows]
+            stored.append((SessionRow.__tablename__, session_id))
+            self._history.note("imported", "session", session_id, told, session_id=session_id, rows=stored)
             if session["state"] == "closed":
                 self._history.seal(session_id)
 

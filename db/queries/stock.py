@@ -25,7 +25,8 @@ class Stock(Queries):
         """Write movements of stock. The engine refuses those that would leave less than nothing: IntegrityError."""
         if not entries:
             return
-        self._session.execute(insert(StockEntryRow), [dict(entry) for entry in entries])
+        written = insert(StockEntryRow).returning(StockEntryRow.id, sort_by_parameter_order=True)
+        keys = self._session.scalars(written, [dict(entry) for entry in entries]).all()
         moved = [
             {"in_box": entry["catalogue_id"], "of_item": entry["item"], "change": entry["pieces"]}
             for entry in entries
@@ -36,7 +37,7 @@ class Stock(Queries):
             here = and_(table.c.catalogue_id == bindparam("in_box"), table.c.item == bindparam("of_item"))
             change = {"on_hand": table.c.on_hand + bindparam("change")}
             self._session.connection().execute(update(StockBalanceRow).where(here).values(change), moved)
-        self._note_stock(entries)
+        self._note_stock(entries, keys)
 
     def balances(self, catalogue_id: str) -> dict[int, int]:
         """Pieces on hand of each item that is counted."""
@@ -90,13 +91,17 @@ class Stock(Queries):
         query = select(table.catalogue_id, table.item, table.on_hand, found).outerjoin(summed, same)
         return [tuple(row) for row in self._session.execute(query.where(table.on_hand != found))]
 
-    def _note_stock(self, entries: Sequence[Mapping[str, Any]]) -> None:
+    def _note_stock(self, entries: Sequence[Mapping[str, Any]], keys: Sequence[int]) -> None:
         """Tell the history what moved, a line for each kind of movement, box and session."""
         lines: dict[tuple[str, str, str | None], list[dict[str, Any]]] = {}
-        for entry in entries:
+        rows: dict[tuple[str, str, str | None], list[tuple[str, int]]] = {}
+        for entry, key in zip(entries, keys, strict=True):
             told = {
                 name: entry[name] for name in ("item", "pieces", "held", "plan_id", "note") if entry[name] is not None
             }
-            lines.setdefault((entry["kind"], entry["catalogue_id"], entry["session_id"]), []).append(told)
-        for (kind, catalogue_id, session_id), moves in lines.items():
-            self._note(kind, "catalogue", catalogue_id, {"movements": moves}, session_id=session_id)
+            line = entry["kind"], entry["catalogue_id"], entry["session_id"]
+            lines.setdefault(line, []).append(told)
+            rows.setdefault(line, []).append((StockEntryRow.__tablename__, key))
+        for line, moves in lines.items():
+            kind, catalogue_id, session_id = line
+            self._note(kind, "catalogue", catalogue_id, {"movements": moves}, session_id=session_id, rows=rows[line])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from datetime import datetime
 from typing import Any
 
@@ -28,6 +29,8 @@ class HistoryEntry:
     """Session it belongs to."""
     changes: dict[str, Any]
     """Of a changed thing [before, after] of every field; else what there is to tell."""
+    rows: dict[str, str | None] = field(default_factory=dict)
+    """SHA-256 of each row the change wrote, as it was stored then; in the chain they are `changes["#rows"]`."""
     number: int | None
     """Place in the hash chain, from 1; null for telemetry, which is not chained."""
     hash: str | None
@@ -39,7 +42,8 @@ class Finding:
     """Something that is not as the history says."""
 
     code: str
-    """entry_altered, entry_missing, session_altered, session_missing, session_inserted, head_missing or balance."""
+    """entry_altered, entry_missing, entry_forged, session_altered, session_missing, session_inserted, row_altered,
+    row_missing, row_inserted, readings_altered, readings_missing, head_missing or balance."""
     detail: str
     """What, in a sentence."""
     session_id: str | None

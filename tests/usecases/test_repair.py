@@ -124,7 +124,9 @@ def test_a_scatter_below_its_rule_is_mended_with_a_line_of_history(
     assert (line["action"], line["kind"], line["key"]) == ("changed", "run", runs[1]["id"])
     before, after = line["changes"]["run.readings"]
     assert (before[0]["scatter"], after[0]["scatter"]) == (TINY, None)
-    assert verify_history(address(shop), None) == 0
+    capsys.readouterr()
+    assert verify_history(address(shop), None) == 1
+    assert capsys.readouterr().out.splitlines()[0] == f"row_altered: run {runs[2]['id']} was altered behind the service"
     assert repair(shop.work).mended == ()
 
 

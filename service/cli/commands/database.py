@@ -23,12 +23,23 @@ def verify(
     head: Annotated[
         str | None, typer.Option(help="NUMBER:HASH that an earlier check printed: shows that no end was cut off.")
     ] = None,
+    head_to: Annotated[
+        Path | None,
+        typer.Option(dir_okay=False, help="File of heads: its last must be on the chain, the present is added."),
+    ] = None,
+    head_key: Annotated[
+        Path | None, typer.Option(exists=True, dir_okay=False, help="Key that signs the lines of the file of heads.")
+    ] = None,
     database_url: DatabaseUrl = None,
 ) -> None:
-    """Walk the hash chain of the history; say which session or entry was altered, removed or inserted (status 1)."""
+    """Compare all that is stored with the history; say what was altered, removed or inserted (status 1)."""
+    from service.cli.commands.heads import Heads, key_from
     from service.cli.commands.verify import verify_history
 
-    raise SystemExit(verify_history(database_url, head))
+    if head_key is not None and head_to is None:
+        raise typer.BadParameter("it signs a file of heads: name one with --head-to", param_hint="--head-key")
+    heads = None if head_to is None else Heads(head_to, key_from(head_key))
+    raise SystemExit(verify_history(database_url, head, heads))
 
 
 def repair(
