@@ -59,7 +59,9 @@ def test_every_revision_up_and_down_with_rows_in_every_table(database: Database)
     for revision in revisions:
         left = counted(database)
         migrate.upgrade(database, revision)
-        assert counted(database).items() >= left.items()
+        now = counted(database)
+        for table, rows in left.items():  # an upgrade may tell the history of what it found
+            assert now[table] == rows or (table == "audit" and now[table] > rows)
     assert set(counted(database)) == set(whole)
     migrate.downgrade(database, "base")
     assert tables(database) == set()
