@@ -26,6 +26,8 @@ LOOKED_AT = 60_000
 """Points that are looked at between two stops."""
 LARGEST_TABLE = 150_000_000
 """Bytes of one plane's table without its grid."""
+SHORT_TABLE = 10_000
+"""Entries of a table that take less time to list than the rests which it saves."""
 
 Side = Literal["whole", "low", "high", "apart"]
 
@@ -91,9 +93,11 @@ def entry_bytes(pieces: int) -> int:
 
 
 def depth_of(placements: Placements, most: int) -> int:
-    """Pieces t of the table for selections of up to `most`; 0 where even single pieces are too many."""
-    depth = max(most // 2, 1)
-    return depth if many_of(placements, None, depth) * entry_bytes(depth) <= LARGEST_TABLE else 0
+    """Pieces t of the table for selections of up to `most`; 0 where even the shorter halves are too many."""
+    longer, shorter = (most + 1) // 2, max(most // 2, 1)
+    if many_of(placements, None, longer) <= SHORT_TABLE:
+        return longer
+    return shorter if many_of(placements, None, shorter) * entry_bytes(shorter) <= LARGEST_TABLE else 0
 
 
 def cost_of(placements: Placements, most: int) -> float:

@@ -42,7 +42,7 @@ MOST_ASKED = 2e7
 """Rests that a rung which proves nothing may ask for: a few seconds."""
 MOST_ASKED_LAST = 2e9
 """Rests that the last rung may ask for: ten minutes."""
-LONG = 64
+LONG = 250
 """Steps of the last rung before parts of the problem are searched in between: shorter searches need no help."""
 EVERY = 8
 """Steps of the last rung for each step of a search in between."""
@@ -124,14 +124,18 @@ def _searched(
 
 def _rungs(search: Search, most: int) -> list[int]:
     """Pieces a plane, one rung after the other, as far as each can be searched."""
-    placements = [placements_of(plane, search.problem.stock, search.most) for plane in search.problem.planes]
+    whole, stock = search.whole, search.problem.stock
+    planes = enumerate(search.problem.planes)
+    unlike = [plane for p, plane in planes if not any(whole.alike(p, q) for q in range(p))]
+    placements = [placements_of(plane, stock, search.most) for plane in unlike]
 
     def asked(rung: int) -> float:
         return max(cost_of(placed, min(rung, placed.most)) for placed in placements)
 
-    steps = [rung for rung in range(1, min(most, FEW) + 1) if asked(rung) <= MOST_ASKED][-1:]
-    if steps and steps[0] < min(most, FEW):
-        return steps
+    few = min(most, FEW)
+    steps = [next((rung for rung in range(few, 0, -1) if asked(rung) <= MOST_ASKED), 0)]
+    if steps[0] < few:
+        return [rung for rung in steps if rung]
     for rung in range(FEW + 1, most + 1):
         if asked(rung) > (MOST_ASKED_LAST if rung == most else MOST_ASKED):
             break

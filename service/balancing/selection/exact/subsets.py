@@ -52,6 +52,11 @@ class Placements:
         grams = bool(np.isfinite(self.capacity_g[self.position]).any())
         return int(self.capacity[self.position].min()), grams, int(self.counts[self.item].min())
 
+    @cached_property
+    def counted(self) -> dict[tuple[int | None, int], float]:
+        """What `many_of` has counted before."""
+        return {}
+
     def allowed(self, index: IntArray) -> BoolArray:
         """Which rows of index (n, k) keep every limit of the plane and of the box."""
         many = index.shape[1]
@@ -117,6 +122,13 @@ def many_of(placements: Placements, parity: int | None, most: int) -> float:
     """Bound how many selections of up to `most` pieces even, odd (parity 1) or all positions hold, box aside."""
     if most > MOST_LISTED:
         return math.inf
+    asked = (parity, most)
+    if asked not in placements.counted:
+        placements.counted[asked] = _many(placements, parity, most)
+    return placements.counted[asked]
+
+
+def _many(placements: Placements, parity: int | None, most: int) -> float:
     counts = np.ones(1)
     for position, kinds in enumerate(np.bincount(placements.position[:-1]).tolist()):
         if kinds and (parity is None or position % 2 == parity):
