@@ -20,6 +20,8 @@ TIE = 1e-9
 NOTHING = 1e-12
 """Part of the value without any piece below which a value is as good as zero."""
 BLOCK = 4096
+MOST_EQUALS = 4096
+"""Equals that are told apart by their pieces."""
 
 Key = tuple[float, float, float, float]
 
@@ -63,16 +65,20 @@ class Record:
         if not good.size:
             return
         sums = [joint.total(name, good) for name in ("scarcity", "mass_g", "pieces")]
-        good = good[np.lexsort((np.round(sums[0], 12), np.round(sums[1], 9), sums[2], self._grade(values[good])))]
-        taken = 0
+        keys = np.stack([np.round(sums[0], 12), np.round(sums[1], 9), sums[2], self._grade(values[good])])
+        order = np.lexsort(keys)
+        good, keys = good[order], keys[:, order]
+        taken, last = 0, -1
         for cut in range(0, len(good), BLOCK):
-            block = good[cut : cut + BLOCK]
-            for row in block[joint.in_the_box(block, counts)][: self._keep - taken]:
-                one = np.array([row])
-                pieces, mass, scarcity = (float(joint.total(n, one)[0]) for n in ("pieces", "mass_g", "scarcity"))
-                self.offer(joint.selection(int(row)), float(values[row]), int(pieces), mass, scarcity)
-                taken += 1
-            if taken >= self._keep:
+            block = np.arange(cut, min(cut + BLOCK, len(good)))
+            for at in block[joint.in_the_box(good[block], counts)].tolist():
+                # Of equals beyond those that are kept, the pieces themselves decide: all of them are offered.
+                if taken >= self._keep and (keys[:, at] != keys[:, last]).any():
+                    return
+                pieces, mass, scarcity = keys[2, at], sums[1][order[at]], sums[0][order[at]]
+                self.offer(joint.selection(int(good[at])), float(values[good[at]]), int(pieces), mass, scarcity)
+                taken, last = taken + 1, at
+            if taken >= self._keep + MOST_EQUALS:
                 return
 
     def _grade(self, values: FloatArray) -> FloatArray:

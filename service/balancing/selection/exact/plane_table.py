@@ -40,11 +40,14 @@ class Ellipse:
 
 @dataclass(frozen=True)
 class Reading:
-    """An ellipse as it is looked for: half extent in x, slope of its middle line y(x), and half extent about it."""
+    """Ellipses as they are looked for: half extent in x, slope of the middle line y(x), and half extent about it.
 
-    half_x: float
-    slope: float
-    half_y: float
+    One for all, or (m,) for each of them.
+    """
+
+    half_x: float | FloatArray
+    slope: float | FloatArray
+    half_y: float | FloatArray
 
     @classmethod
     def of(cls, ellipse: Ellipse, margin: float) -> Reading:
@@ -56,6 +59,12 @@ class Reading:
             slope=float(spread[0, 1] / spread[0, 0]),
             half_y=ellipse.radius / math.sqrt(form[1, 1]) * (1.0 + 1e-9) + margin,
         )
+
+    def taken(self, whose: IntArray) -> Reading:
+        """The same of those ellipses that are named, where each is its own."""
+        if isinstance(self.half_x, float):
+            return self
+        return Reading(*(np.asarray(part)[whose] for part in (self.half_x, self.slope, self.half_y)))
 
 
 @dataclass(frozen=True)
@@ -85,11 +94,12 @@ class Table:
         first = np.maximum(np.floor((x - reading.half_x) / self.width), 0.0)
         last = np.minimum(np.floor((x + reading.half_x) / self.width), self.columns - 1.0)
         many = np.maximum(last - first + 1.0, 0.0)
-        lean = abs(reading.slope) * reading.half_x + reading.half_y
+        lean = np.abs(reading.slope) * reading.half_x + reading.half_y
         many[(y + lean < 0.0) | (y - lean > self.width * self.rows)] = 0.0
         whose = np.repeat(np.arange(len(wanted)), many.astype(np.int64))
         column = first[whose] + (np.arange(len(whose)) - np.repeat(np.cumsum(many) - many, many.astype(np.int64)))
         left = column * self.width - x[whose]
+        reading = reading.taken(whose)
         one = reading.slope * np.maximum(left, -reading.half_x)
         other = reading.slope * np.minimum(left + self.width, reading.half_x)
         at = y[whose]
