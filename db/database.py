@@ -23,6 +23,8 @@ from db.store import Store
 BUSY_TIMEOUT_MS = 15_000
 _DISK_FULL = "53100"
 """PostgreSQL's SQLSTATE."""
+_TRY_AGAIN = ("40P01", "40001")
+"""PostgreSQL's SQLSTATEs of a deadlock and of a failure to serialise."""
 _READING = (sqlite3.SQLITE_IOERR_READ, sqlite3.SQLITE_IOERR_SHORT_READ)
 
 
@@ -52,6 +54,11 @@ def is_away(error: OperationalError) -> bool:
     code = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF
     starting_or_ending = str(getattr(error.orig, "sqlstate", "")).startswith("57P0")
     return starting_or_ending or code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+
+
+def is_deadlock(error: BaseException) -> bool:
+    """Whether the engine ended a unit of work because two waited for each other: done again, it goes through."""
+    return getattr(getattr(error, "orig", None), "sqlstate", None) in _TRY_AGAIN
 
 
 class Database:
@@ -101,8 +108,9 @@ class Database:
 
     @contextmanager
     def read(self) -> Iterator[Store]:
-        """A unit of work that only looks."""
-        with Session(self.engine) as session:
+        """A unit of work that only looks, at one moment: all its statements see the same."""
+        engine = self.engine if self.embedded else self.engine.execution_options(isolation_level="REPEATABLE READ")
+        with Session(engine) as session:
             yield Store(session)
             session.rollback()
 

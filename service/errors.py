@@ -79,6 +79,13 @@ class OutOfOrder(Conflict):
     code = "out_of_order"
 
 
+class PreconditionFailed(DrumtrueError):
+    """A change that states a version of something that has none."""
+
+    status = 412
+    code = "version_unknown"
+
+
 class Stale(DrumtrueError):
     """A change made on a version that is not the present one. current: the document as it is now."""
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from sqlalchemy import Select, func, select
+from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from db.history import History
@@ -29,6 +30,15 @@ class Queries:
         """Store a new row; constraints are checked at once."""
         self._session.add(row)
         self._session.flush()
+
+    def added(self, row: Base) -> bool:
+        """Store a new row in a part of the unit; False, and nothing is done, where another has its key or its name."""
+        try:
+            with self.part():
+                self.add(row)
+        except IntegrityError:
+            return False
+        return True
 
     def get(self, kind: type[Row], key: str) -> Row | None:
         """The row with this key, or None."""

@@ -19,7 +19,7 @@ from pydantic_core import to_jsonable_python
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 
-from service.errors import InvalidInput, UnsupportedMediaType
+from service.errors import InvalidInput, PreconditionFailed, UnsupportedMediaType
 from service.model.base import adapter, write_json
 from service.model.plan import Plan
 from service.model.session import Session
@@ -58,11 +58,14 @@ class StrictRoute(APIRoute):
         """The handler, with a request whose `json()` is the validated body."""
         handler = super().get_route_handler()
         known = frozenset(_queries(self.dependant))
+        has_version = "If-Match" in set(_headers(self.dependant))
         body = self.body_field
         validate = None if body is None else _validator(body.field_info.annotation)
 
         async def handle(request: Request) -> Response:
             _require_known(request, known)
+            if not has_version:
+                _require_no_version(request)
             if validate is None:
                 return await handler(request)
             _require_json(request)
@@ -156,6 +159,26 @@ def _queries(dependant: Dependant) -> Iterator[str]:
     yield from (one.alias for one in dependant.query_params)
     for further in dependant.dependencies:
         yield from _queries(further)
+
+
+def _headers(dependant: Dependant) -> Iterator[str]:
+    """Names of the headers that an operation and what it depends on ask for."""
+    yield from (one.alias for one in dependant.header_params)
+    for further in dependant.dependencies:
+        yield from _headers(further)
+
+
+def _require_no_version(request: Request) -> None:
+    """Refuse a version where none is kept: passed over, a change would be made on whatever is stored by now."""
+    stated = request.headers.get("if-match", "*")
+    if stated != "*":
+        raise PreconditionFailed(
+            "what this address changes has no version, so it is at none that If-Match may name",
+            code="version_unknown",
+            field="If-Match",
+            value=stated,
+            advice="leave the header out; sessions and plans have versions",
+        )
 
 
 def _require_known(request: Request, known: frozenset[str]) -> None:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 import logging
 import threading
 import time
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
 from sqlalchemy.exc import OperationalError, StatementError
 
-from db.database import Database, is_away, lacks_room
+from db.database import Database, is_away, is_deadlock, lacks_room
 from db.rows import Base
 from db.set_apart import require_readable
 from db.store import Store
@@ -26,6 +27,9 @@ from service.runtime.metrics import Meters
 from service.runtime.solver_slots import Turns
 
 Row = TypeVar("Row", bound=Base)
+Argument = TypeVar("Argument")
+Outcome = TypeVar("Outcome")
+MAX_DEADLOCKS = 4
 _log = logging.getLogger("drumtrue.storage")
 
 
@@ -61,6 +65,8 @@ class Work:
     listeners: Listeners = field(default_factory=Listeners)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
     """A unit of work under way that `write` joins: whoever began it ends it."""
+    looking: Callable[[], Store] | None = None
+    """A unit of work under way that `read` joins, so that several looks see one moment."""
     seen: int | None = None
     """Version of the session or plan on which the request was made; None: it does not say."""
 
@@ -78,7 +84,24 @@ class Work:
 
     def read(self) -> AbstractContextManager[Store]:
         """A unit of work that only looks. Raises Unavailable."""
-        return _stored(self.database.read())
+        return _stored(self.database.read() if self.looking is None else nullcontext(self.looking()))
+
+    @contextmanager
+    def one_moment(self) -> Iterator[Work]:
+        """The same, whose looks within the block all see one moment; begun by the first of them."""
+        with ExitStack() as ending:
+            yield self if self.looking is not None else self.looking_within(ending)
+
+    def looking_within(self, ending: ExitStack) -> Work:
+        """The same, whose looks all see one moment until `ending` ends; begun by the first of them."""
+        begun: list[Store] = []
+
+        def look() -> Store:
+            if not begun:
+                begun.append(ending.enter_context(self.read()))
+            return begun[0]
+
+        return replace(self, looking=look)
 
 
 @contextmanager
@@ -92,6 +115,13 @@ def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
         if lacks_room(error):
             _log.error("not stored: %s", error.orig)
             raise storage_full(error) from error
+        if is_deadlock(error):
+            raise Unavailable(
+                "two requests waited for each other in the database, and this one was undone",
+                code="deadlock",
+                retry_after_s=1,
+                advice="nothing was stored; send the request again",
+            ) from error
         if is_away(error):
             _log.error("no answer: %s", error.orig)
             raise Unavailable(
@@ -103,6 +133,22 @@ def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
         if isinstance(error.orig, DocumentRefused):
             raise _refused(error.orig) from error
         raise
+
+
+def again_after_deadlock(act: Callable[[Argument], Outcome]) -> Callable[[Argument], Outcome]:
+    """`act`, done again where the database undid it because two units of work waited for each other."""
+
+    @functools.wraps(act)
+    def done(given: Argument) -> Outcome:
+        for _ in range(MAX_DEADLOCKS):
+            try:
+                return act(given)
+            except Unavailable as undone:
+                if undone.code != "deadlock":
+                    raise
+        return act(given)
+
+    return done
 
 
 def unreadable(found: UnreadableRow) -> Conflict:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import uuid
+from collections.abc import Iterator
+from contextlib import ExitStack
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
@@ -34,8 +36,10 @@ HEADERS = {
 class Page:
     """One request for a page."""
 
-    def __init__(self, request: Request) -> None:
+    def __init__(self, request: Request, looking: ExitStack | None = None) -> None:
         self.request = request
+        self._looking = looking
+        self._work: Work | None = None
         header = request.headers.get("accept-language")
         self.preferences = Preferences.read(request.cookies.get(COOKIE), header)
         self.language = self.preferences.language
@@ -45,9 +49,12 @@ class Page:
 
     @property
     def work(self) -> Work:
-        """What the use cases need."""
-        work: Work = self.request.app.state.work
-        return work if self.principal is None else work.acting(self.principal.name)
+        """What the use cases need. A page that only shows sees one moment, whatever it looks at."""
+        if self._work is None:
+            work: Work = self.request.app.state.work
+            work = work if self.principal is None else work.acting(self.principal.name)
+            self._work = work if self._looking is None else work.looking_within(self._looking)
+        return self._work
 
     @property
     def principal(self) -> Principal | None:
@@ -104,4 +111,16 @@ class Page:
         return field.format(FIELD, self.form_token.text) + field.format(FORM_KEY, uuid.uuid4().hex)
 
 
-PageDep = Annotated[Page, Depends(Page)]
+def _page(request: Request) -> Iterator[Page]:
+    """A page; what one that only shows has looked at is let go before it is sent."""
+    with ExitStack() as looking:
+        yield Page(request, looking if request.method in ("GET", "HEAD") else None)
+
+
+def _long_page(request: Request) -> Page:
+    """A page that is made for seconds or hours: each look of it is a moment of its own."""
+    return Page(request)
+
+
+PageDep = Annotated[Page, Depends(_page, scope="function")]
+LongPageDep = Annotated[Page, Depends(_long_page)]

@@ -49,13 +49,7 @@ def create(work: Work, name: str, scopes: Collection[Scope], expires_at: datetim
     token_id, secret = _letters(ID_LETTERS), _letters(SECRET_LETTERS)
     with work.write() as store:
         if store.token_named(name) is not None:
-            raise Conflict(
-                f"there is, or was, a token named {name!r}",
-                code="name_taken",
-                field="name",
-                value=name,
-                advice="choose another name: history tells tokens apart by it, so it is used once",
-            )
+            raise _name_taken(name)
         row = TokenRow(
             id=token_id,
             name=name,
@@ -65,8 +59,19 @@ def create(work: Work, name: str, scopes: Collection[Scope], expires_at: datetim
             expires_at=expires_at,
             revoked_at=None,
         )
-        store.add(row)
+        if not store.added(row):
+            raise _name_taken(name)
         return _view(row), f"dt_{token_id}_{secret}"
+
+
+def _name_taken(name: str) -> Conflict:
+    return Conflict(
+        f"there is, or was, a token named {name!r}",
+        code="name_taken",
+        field="name",
+        value=name,
+        advice="choose another name: history tells tokens apart by it, so it is used once",
+    )
 
 
 def check(name: str, scopes: Collection[Scope], expires_at: datetime | None, now: datetime) -> str:

@@ -13,13 +13,13 @@ from service.errors import InvalidInput
 from service.model.base import read_json, to_plain
 from service.model.machine import Machine, StoredMachine
 from service.runtime.context import Work, require
-from service.usecases.names import name_taken
+from service.usecases.names import name_taken, named_once
 
 
 def create(work: Work, machine: Machine) -> StoredMachine:
     """Store a machine. Raises InvalidInput where a rule is broken, Conflict where the name is taken."""
     checked = normalised(machine)
-    with work.write() as store:
+    with named_once("machine", checked.name), work.write() as store:
         if store.machine_named(checked.name) is not None:
             raise name_taken("machine", checked.name)
         now = work.now()
@@ -43,7 +43,7 @@ def find(work: Work, limit: int, offset: int) -> tuple[StoredMachine, ...]:
 def change(work: Work, machine_id: str, patch: Mapping[str, Any]) -> StoredMachine:
     """Merge `patch` into a machine (RFC 7396, top level). Raises ValidationError or InvalidInput, nothing stored."""
     _require_known(patch)
-    with work.write() as store:
+    with named_once("machine", str(patch.get("name"))), work.write() as store:
         row = require(store, MachineRow, machine_id, lock=True)
         merged = {key: value for key, value in {**to_plain(row.spec), **patch}.items() if value is not None}
         # Written by json, which keeps NaN and Infinity: turned into null they would erase a field unseen.

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 
 from db.bulk_insert import NewReading
+from db.database import is_deadlock
 from db.rows import BalancerAnswerRow, ReadingRow
 from db.store import Store
 from drivers.reading import Reading
-from service.errors import InvalidInput, TooLarge
+from service.errors import InvalidInput, TooLarge, Unavailable
 from service.model.base import YEARS, document
-from service.runtime.context import Work
+from service.runtime.context import Work, again_after_deadlock
 from service.usecases.readings.routing import Targets, reused
 
 FEW = 50
@@ -67,6 +68,7 @@ def _counted(work: Work, readings: Sequence[Reading], receipt: Receipt) -> Recei
     return receipt
 
 
+@again_after_deadlock
 def _store_few(batches: Sequence[tuple[Work, Sequence[Reading]]]) -> list[Receipt | Exception]:
     """Store batches of several requests in one unit of work, each whole or not at all."""
     work, first = batches[0]
@@ -75,16 +77,24 @@ def _store_few(batches: Sequence[tuple[Work, Sequence[Reading]]]) -> list[Receip
             return [_stored(Targets(store), first)]
     if {other.actor for other, _ in batches} == {work.actor} and _store_new(work, [r for _, rs in batches for r in rs]):
         return [Receipt(accepted=len(readings), duplicates=0) for _, readings in batches]
-    outcomes: list[Receipt | Exception] = []
+    outcomes: dict[int, Receipt | Exception] = {}
     with work.write() as store:
         targets = Targets(store)
-        for other, readings in batches:
+        # In one order in every process, so that two that store the same readings do not wait for each other.
+        for index in sorted(range(len(batches)), key=lambda index: _lowest(batches[index][1])):
+            other, readings = batches[index]
             try:
                 with store.part(other.actor):
-                    outcomes.append(_stored(targets, readings))
+                    outcomes[index] = _stored(targets, readings)
             except Exception as refused:
-                outcomes.append(refused)
-    return outcomes
+                if is_deadlock(refused):
+                    raise
+                outcomes[index] = refused
+    return [outcomes[index] for index in range(len(batches))]
+
+
+def _lowest(readings: Sequence[Reading]) -> tuple[str, int]:
+    return min(((reading.source, reading.sequence) for reading in readings), default=("", 0))
 
 
 def _store_new(work: Work, readings: Sequence[Reading]) -> bool:
@@ -93,6 +103,8 @@ def _store_new(work: Work, readings: Sequence[Reading]) -> bool:
         with work.write() as store:
             if _stored(Targets(store), readings).duplicates:
                 raise _NotNew
+    except Unavailable:
+        raise
     except Exception:  # whatever it is, each request is to be told its own
         return False
     return True

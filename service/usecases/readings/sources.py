@@ -57,12 +57,13 @@ def bind(work: Work, name: str, machine_id: str) -> Source:
     """Bind a source to the machine it is mounted on. Raises NotFound."""
     with work.write() as store:
         require(store, MachineRow, machine_id)
-        row = store.get(SourceRow, name)
+        row = store.lock(SourceRow, name)
         if row is None:
-            row = SourceRow(name=name, machine_id=machine_id, bound_at=work.now())
-            store.add(row)
-        else:
-            row.machine_id, row.bound_at = machine_id, work.now()
+            new = SourceRow(name=name, machine_id=machine_id, bound_at=work.now())
+            if store.added(new):
+                return Source(name=name, machine_id=machine_id, bound_at=new.bound_at)
+            row = require(store, SourceRow, name, lock=True)  # another request bound it meanwhile: this comes after it
+        row.machine_id, row.bound_at = machine_id, work.now()
         return Source(name=row.name, machine_id=row.machine_id, bound_at=row.bound_at)
 
 

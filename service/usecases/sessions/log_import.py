@@ -12,6 +12,7 @@ A closed session is sealed in the same unit of work, as it is stored here: it is
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
 from typing import cast
@@ -30,6 +31,9 @@ from service.model.session import Session, SessionLog, SessionRecord
 from service.runtime.context import Work, require
 from service.usecases.session_view import session_view
 from service.usecases.sessions.sessions import log_of
+
+MAX_OTHERS = 3
+"""Other imports that may store parts of a session (itself, its machine, its box) while this one is about to."""
 
 
 @document
@@ -72,7 +76,7 @@ def import_all(work: Work, logs: Iterable[SessionLog]) -> Imported:
         with work.write() as store:
             for log in logs:
                 session_id = log.session_id
-                new = _import(store, log, work.now())
+                new = _import_after_others(store, log, work.now())
                 stored, known = stored + new, known + (not new)
     except IntegrityError as taken:
         raise Conflict(
@@ -83,6 +87,15 @@ def import_all(work: Work, logs: Iterable[SessionLog]) -> Imported:
             advice="nothing was stored; import once more, and if it stays so, look at who wrote the file",
         ) from taken
     return Imported(stored=stored, known=known)
+
+
+def _import_after_others(store: Store, log: SessionLog, now: datetime) -> bool:
+    """As `_import`; where another import stores the same meanwhile, it is waited for, and what it stored is known."""
+    for _ in range(MAX_OTHERS):
+        with suppress(IntegrityError), store.part():
+            return _import(store, log, now)
+    with store.part():
+        return _import(store, log, now)
 
 
 def _import(store: Store, log: SessionLog, now: datetime) -> bool:

@@ -32,9 +32,10 @@ from service.version import __version__
 
 
 def report(work: Work, session_id: str) -> Report:
-    """What the session came to. Raises NotFound."""
-    session = sessions.get(work, session_id)
-    drum = drum_of(session, stops.of(work, session_id))
+    """What the session came to, at one moment. Raises NotFound."""
+    with work.one_moment() as one:
+        session = sessions.get(one, session_id)
+        drum = drum_of(session, stops.of(one, session_id))
     plan = drum.fitted
     fitted = () if plan is None else plan.fitted or ()
     known = _of_all_runs(drum)

@@ -11,7 +11,7 @@ from service.errors import InvalidInput
 from service.model.machine import Catalogue, CatalogueItem, CataloguePatch, Pieces, StockItem, StoredCatalogue
 from service.model.stock import Balance, Hold, Movement, Stock, StockBooking
 from service.runtime.context import Work, require
-from service.usecases.names import name_taken
+from service.usecases.names import name_taken, named_once
 from service.usecases.stock import ledger
 
 FIRST_PAGE = 50
@@ -21,7 +21,7 @@ FIRST_PAGE = 50
 def create(work: Work, catalogue: Catalogue) -> StoredCatalogue:
     """Store a box; its counts are booked as received. Raises InvalidInput, or Conflict where the name is taken."""
     check_catalogue(catalogue)
-    with work.write() as store:
+    with named_once("catalogue", catalogue.name), work.write() as store:
         if store.catalogue_named(catalogue.name) is not None:
             raise name_taken("catalogue", catalogue.name)
         now = work.now()
@@ -47,7 +47,7 @@ def find(work: Work, limit: int, offset: int) -> tuple[StoredCatalogue, ...]:
 
 def change(work: Work, catalogue_id: str, patch: CataloguePatch) -> StoredCatalogue:
     """Rename, receive, count. Raises InvalidInput for a mass that is not in the box or has no count."""
-    with work.write() as store:
+    with named_once("catalogue", patch.name or ""), work.write() as store:
         row = require(store, CatalogueRow, catalogue_id, lock=True)
         if patch.name is not None and patch.name != row.name:
             if store.catalogue_named(patch.name) is not None:

@@ -20,7 +20,7 @@ from service.usecases.plans import corrections, plans
 from service.usecases.stock import catalogues
 from service.web.form_guard import again, done_in, done_on
 from service.web.forms import Form, TypedDep
-from service.web.rendering import Page, PageDep
+from service.web.rendering import LongPageDep, Page, PageDep
 from service.web.routers.session_steps import GuideDep, Key
 from service.web.session import pictures, steps
 from service.web.session.guide import Guide, look
@@ -127,7 +127,7 @@ def make_plan_again(page: PageDep, guide: GuideDep, typed: TypedDep, plan_id: Pl
 
 
 @router.get("/plans/{plan_id}/front")
-def show_front(page: PageDep, session_id: Key, plan_id: PlanKey) -> HTMLResponse:
+def show_front(page: LongPageDep, session_id: Key, plan_id: PlanKey) -> HTMLResponse:
     """What each further piece brings."""
     session = look(page.work, session_id).session
     plan = next((one for one in session.plans if one.id == plan_id), None)

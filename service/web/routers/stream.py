@@ -15,7 +15,7 @@ from starlette.concurrency import run_in_threadpool
 from service.engine.validation import highest_speed
 from service.errors import Unavailable
 from service.usecases.sessions import live
-from service.web.rendering import Page, PageDep
+from service.web.rendering import LongPageDep, Page
 from service.web.routers.session_steps import Key
 from service.web.session import pictures
 from service.web.session.guide import Guide, look
@@ -31,7 +31,7 @@ FRESH_S = 4.0
 
 
 @router.get("/stream")
-async def follow_page(request: Request, page: PageDep, session_id: Key) -> StreamingResponse:
+async def follow_page(request: Request, page: LongPageDep, session_id: Key) -> StreamingResponse:
     """Server-sent events `now`: every half second, changed or not, so that silence means a lost link."""
     await run_in_threadpool(look, page.work, session_id)
     state = request.app.state
