@@ -9,12 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.balancing.rotor.phasors import phasor, polar
+from service.batch.drawn_answers import Prepared, answer, prepare
 from service.batch.executors import executor
+from service.engine.log_replay import last_problem
 from service.errors import DrumtrueError, InvalidInput
-from service.model.plan import Plan
+from service.model.plan import Placement, Plan
 from service.model.run import Run, RunReading
 from service.model.session import SessionLog
 
+TOGETHER = 2_000
+"""Draws that are answered together."""
+FEW_DRAWS = 50_000
+"""Draws that one process answers together sooner than others have started."""
 PER_PIECE = 8
 """Draws that go to a worker at once: enough to outlast the way there, few enough to share out evenly."""
 
@@ -80,26 +86,56 @@ def study(
     """
     last = _last_only(log)
     _require_scatter(last, scatter)
-    answer = _one(last)
-    if answer.refused is not None:
+    itself = _one(last)
+    if itself.refused is not None:
         raise InvalidInput(
-            f"the session itself has no answer: {answer.refused}",
+            f"the session itself has no answer: {itself.refused}",
             field="file",
             advice="mend the session first: `drumtrue solve` says what is wrong",
         )
-    pieces = [range(start, min(start + PER_PIECE, draws)) for start in range(0, draws, PER_PIECE)]
+    together = prepared_of(last, scatter) is not None
+    size = TOGETHER if together else PER_PIECE
+    pieces = [range(start, min(start + size, draws)) for start in range(0, draws, size)]
+    few = together and draws <= FEW_DRAWS and cluster is None
     found: dict[int, tuple[Draw, ...]] = {}
-    with executor(workers, cluster) as where:
+    with executor(1 if few else workers, cluster) as where:
         work = {where.submit(draw_some, last, piece, seed, scatter): piece for piece in pieces}
         for future in as_completed(work):
             found[work[future].start] = future.result()
             progress(sum(len(some) for some in found.values()))
-    return _summed(last, answer, [one for piece in pieces for one in found[piece.start]])
+    return _summed(last, itself, [one for piece in pieces for one in found[piece.start]])
 
 
 def draw_some(log: SessionLog, numbers: Sequence[int], seed: int, scatter: float | None) -> tuple[Draw, ...]:
-    """The answers of these draws; runs on a worker."""
-    return tuple(_one(drawn(log, np.random.default_rng([seed, number]), scatter)) for number in numbers)
+    """The answers of these draws, together where that is possible; runs on a worker."""
+    prepared = prepared_of(log, scatter)
+    if prepared is None:
+        return tuple(_alone(log, number, seed, scatter) for number in numbers)
+    found = answer(prepared, numbers, seed)
+    sense = log.machine.angle_sense
+    names = prepared.names
+    return tuple(
+        Draw(
+            masses=tuple(polar(mass, sense) for mass in found.masses[at].tolist()),
+            placements=_sorted(found.placements[at]),
+            predicted=tuple(zip(names, found.amplitudes[at].tolist(), strict=True)),
+        )
+        if found.answered[at]
+        else _alone(log, number, seed, scatter)
+        for at, number in enumerate(numbers)
+    )
+
+
+def prepared_of(log: SessionLog, scatter: float | None) -> Prepared | None:
+    """What the draws of a session share; None where each has to be solved by itself."""
+    if any(plan.fitted is not None for plan in log.plans):
+        return None
+    fitted, posed = last_problem(log)
+    return None if fitted is None else prepare(log, fitted, posed, scatter)
+
+
+def _alone(log: SessionLog, number: int, seed: int, scatter: float | None) -> Draw:
+    return _one(drawn(log, np.random.default_rng([seed, number]), scatter))
 
 
 def drawn(log: SessionLog, rng: np.random.Generator, scatter: float | None = None) -> SessionLog:
@@ -160,7 +196,11 @@ def _one(log: SessionLog) -> Draw:
 def _placed(plan: Plan | None) -> Placed:
     if plan is None:
         return ()
-    return tuple(sorted((piece.plane, piece.position_deg, piece.mass_g) for piece in plan.placements))
+    return _sorted(plan.placements)
+
+
+def _sorted(placements: Sequence[Placement]) -> Placed:
+    return tuple(sorted((piece.plane, piece.position_deg, piece.mass_g) for piece in placements))
 
 
 def _summed(log: SessionLog, answer: Draw, found: Sequence[Draw]) -> Study:

@@ -11,9 +11,10 @@ from typing import Any
 
 from service.engine.answer_diff import differences
 from service.engine.correction_solver import solve_correction
+from service.engine.influence_fits import Fitted, fit_again
 from service.engine.log_rules import checked, not_a_log
 from service.engine.plan_solver import refitted, solve_plan
-from service.engine.selection_problem import Ground
+from service.engine.selection_problem import Ground, Posed, pose
 from service.errors import InvalidInput
 from service.model.base import document, read_json
 from service.model.correction import Correction, CorrectionRequest
@@ -95,9 +96,19 @@ def _correction(log: SessionLog, given: Correction) -> Correction:
     return replace(again, stale=given.stale, trim=given.trim or again.trim)
 
 
-def _plan(
-    log: SessionLog, corrections: tuple[Correction, ...], given: Plan | _Wanted, monotonic: Callable[[], float]
-) -> Plan:
+def last_problem(log: SessionLog) -> tuple[Fitted | None, Posed | None]:
+    """Fit of a log's last correction, computed again, and the problem of its last plan, where there is one.
+
+    Raises as `resolve` does.
+    """
+    corrections = tuple(_correction(log, given) for given in log.corrections or (_first_correction(),))
+    wanted = log.plans or _first_plan(log, corrections[-1])
+    posed = pose(_ground(log, corrections, wanted[-1]), wanted[-1].request) if wanted else None
+    return fit_again(log.machine, log.runs, log.run_out, corrections[-1]), posed
+
+
+def _ground(log: SessionLog, corrections: tuple[Correction, ...], given: Plan | _Wanted) -> Ground:
+    """What a plan of a log is made on. Raises InvalidInput where the log does not hold it."""
     correction = next((c for c in corrections if c.id == given.request.correction_id), None)
     items = _items(log, given.inputs)
     if correction is None or items is None:
@@ -107,7 +118,7 @@ def _plan(
             value=given.request.correction_id,
             advice="write the log again with `GET /sessions/{id}/log`",
         )
-    ground = Ground(
+    return Ground(
         machine=log.machine,
         items=items,
         runs=log.runs,
@@ -116,6 +127,12 @@ def _plan(
         correction=correction,
         inputs=given.inputs,
     )
+
+
+def _plan(
+    log: SessionLog, corrections: tuple[Correction, ...], given: Plan | _Wanted, monotonic: Callable[[], float]
+) -> Plan:
+    ground = _ground(log, corrections, given)
     plan = solve_plan(
         ground,
         given.request,

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from service.batch import executors
+from service.batch import executors, studies
 from service.batch.executors import executor
 from service.batch.studies import Study, study
 from service.engine.log_replay import read_log, resolve
 from service.errors import InvalidInput, Unavailable
+from service.model.plan import NormName, ObjectiveName
 from service.model.session import SessionLog
 from tests.batch.test_comparing import old_session
 
@@ -67,6 +68,34 @@ def _with_scatter(log: SessionLog, part: float) -> SessionLog:
         for run in log.runs
     )
     return replace(log, runs=runs, corrections=log.corrections[-1:], plans=())
+
+
+@pytest.mark.parametrize(
+    ("objective", "norm"),
+    [
+        ("residual_vibration", "sum"),
+        ("residual_vibration", "max"),
+        ("residual_vibration", "rms"),
+        ("components", None),
+        ("bearing_force", None),
+    ],
+)
+def test_draws_answered_together_are_those_answered_alone(
+    log: SessionLog, objective: ObjectiveName, norm: NormName | None
+) -> None:
+    """Fit, correction, plan and prediction, two masses a plane."""
+    plan = log.plans[-1]
+    asked = replace(plan.request, objective=objective, norm=norm, max_masses_per_plane=2)
+    one = studies._last_only(replace(log, plans=(replace(plan, request=asked),)))
+    assert studies.prepared_of(one, None) is not None
+    together = studies.draw_some(one, range(12), 7, None)
+    for number, draw in enumerate(together):
+        alone = studies._alone(one, number, 7, None)
+        assert draw.placements == alone.placements
+        assert [name for name, _ in draw.predicted] == [name for name, _ in alone.predicted]
+        assert [v for _, v in draw.predicted] == pytest.approx([v for _, v in alone.predicted], rel=1e-7, abs=1e-9)
+        for (mass, angle), (same_mass, same_angle) in zip(draw.masses, alone.masses, strict=True):
+            assert (mass, angle) == pytest.approx((same_mass, same_angle), rel=1e-8)
 
 
 def test_without_scatter_every_draw_is_the_answer_itself(log: SessionLog) -> None:
