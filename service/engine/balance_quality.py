@@ -99,7 +99,7 @@ def trial_masses(
     out = []
     for p, plane in enumerate(machine.planes):
         found = suggest(
-            _carried_kg(machine, p),
+            carried_kg(machine, p),
             plane.radius_mm,
             machine.service_speed_rpm,
             None if asked is None else asked.total_g_mm / len(machine.planes),
@@ -127,7 +127,7 @@ def trial_warnings(machine: Machine, masses: Iterable[MassOnRotor]) -> tuple[Dia
     for mass in masses:
         p = plane_index(machine, mass.plane, "masses.plane")
         plane = machine.planes[p]
-        found = examine_force(mass.mass_g, plane.radius_mm, machine.service_speed_rpm, _carried_kg(machine, p), p)
+        found = examine_force(mass.mass_g, plane.radius_mm, machine.service_speed_rpm, carried_kg(machine, p), p)
         if found is not None:
             out.append(
                 Diagnostic(
@@ -170,7 +170,7 @@ def _permissible(machine: Machine) -> Permissible | None:
         return None
 
 
-def _carried_kg(machine: Machine, p: int) -> float:
+def carried_kg(machine: Machine, p: int) -> float:
     """Mass that the bearing next to plane p carries; half the rotor's where the places are not stated."""
     mass = machine.rotor_mass_kg or 0.0
     bearings, place = mapping.bearing_places(machine), machine.planes[p].axial_mm

@@ -80,6 +80,22 @@ class Progress:
         return tuple(plane.name for plane in self.machine.planes if plane.name not in tried)
 
     @cached_property
+    def without_phase(self) -> bool:
+        """Whether the runs state amplitudes only."""
+        return bool(self.used) and not any(r.phase_deg is not None for run in self.used for r in run.readings)
+
+    @cached_property
+    def runs_missing(self) -> int:
+        """How many runs are missing without phase: of each sensor 2 P + 1 amplitudes are needed for P planes."""
+        return max(0, 2 * len(self.machine.planes) + 1 - len(self.used)) if self.without_phase else 0
+
+    @cached_property
+    def can_fit(self) -> bool:
+        """Whether the runs are enough for a fit of their own."""
+        enough = len(self.used) > len(self.machine.planes)
+        return enough and not (self.needs_initial or self.planes_to_try or self.runs_missing)
+
+    @cached_property
     def needs_initial(self) -> bool:
         """Whether the coefficients cannot be found without a run as found: too few others."""
         return len(self.used) <= len(self.machine.planes) and all(run.kind != "initial" for run in self.used)
@@ -122,7 +138,7 @@ class Progress:
             return "plan"
         if self.needs_initial:
             return "initial"
-        return "trial" if self.planes_to_try else "correction"
+        return "correction" if self.can_fit else "trial"
 
 
 def under_way(stops: Sequence[Stop]) -> Stop | None:
@@ -140,6 +156,8 @@ def next_step(progress: Progress) -> str:
         return _NEXT[step]
     missing = ["an initial run"] if progress.needs_initial else []
     missing += [f"a trial run in plane {name}" for name in progress.planes_to_try]
+    if progress.runs_missing > len(missing):
+        missing.append(f"{progress.runs_missing - len(missing)} more trial runs: there is no phase")
     return f"take {' and '.join(missing)}, then ask for corrections"
 
 

@@ -55,6 +55,7 @@ TOLD = (
     "service/engine/plan_methods.py",
     "service/engine/correction_solver.py",
     "service/engine/session_state.py",
+    "service/engine/trial_check.py",
     "service/usecases/stock/ledger.py",
     "service/usecases/sessions/stops.py",
     "service/usecases/readings/run_averaging.py",

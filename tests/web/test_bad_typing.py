@@ -81,6 +81,8 @@ NOTHING_TYPED = {
     "/sessions/{corrected}/plans/none/again": {"blocked_plane": EMOJI, "blocked_deg": TURNED, "missing_g": PASTED},
     "/sessions/{begun}/stops": {"purpose": EMOJI, "plane": LONG, "alternative": "2,5"},
     "/sessions/{stopped}/stops/1/bare": {"differs": EMOJI},
+    "/sessions/{bolted}/stops/7/correct": {"number": EMOJI},
+    "/sessions/{bolted}/runs/x/repeat": {"number": EMOJI},
     "/sessions/{fitting}/stops/7/cancel": {"number": EMOJI},
     "/sessions/{empty}/teach": {"session_id": EMOJI},
     "/sessions/{empty}/close": {"stamp": EMOJI},
@@ -213,7 +215,7 @@ def desk(shared_shop: Workshop) -> Desk:
         send(shop, names[name], "stops", purpose="trial", plane="1")
     for name in ("trying", "bolted"):
         send(shop, names[name], "stops/1/lock", **LOCKED)
-    send(shop, names["bolted"], "stops/1/trial", **{"masses.mass_g": "50", "masses.angle_deg": "20"})
+    send(shop, names["bolted"], "stops/1/trial", **{"masses.mass_g": "50", "masses.angle_deg": "20", "sure.50": "yes"})
     for name in ("corrected", "boxless"):
         shop.learn(names[name])
         shop.correct(names[name])

@@ -32,6 +32,8 @@ TYPED: dict[str, dict[str, str]] = {
     "stops/x/bare": {},
     "stops/x/release": RELEASED,
     "stops/x/cancel": {},
+    "stops/x/correct": {},
+    "runs/x/repeat": {},
 }
 UNSEEN = {"differs", "objective", "purpose", "source", "excluded", "mode", "catalogue_id"}
 """What is sent as a button's or a list's own value, and told in words."""

@@ -16,6 +16,7 @@ from db.store import Store
 from service.balancing.influence.trial_mass import centrifugal_force
 from service.engine import mapping, session_state
 from service.engine.session_state import under_way
+from service.engine.trial_check import require_bearable
 from service.engine.validation import POSITION_TOLERANCE_DEG, check_masses, plane_index
 from service.errors import InvalidInput, NotFound, OutOfOrder
 from service.model.machine import Machine
@@ -81,6 +82,8 @@ def change(work: Work, session_id: str, number: int, masses: Sequence[MassOnRoto
     def stated(stop: Stop, machine: Machine) -> Stop:
         check_masses(machine, masses)
         check_forces(machine, masses)
+        if stop.purpose == "trial":
+            require_bearable(machine, masses)
         return _changed(work, stop, masses)
 
     return _step(work, session_id, number, stated)
@@ -141,6 +144,34 @@ def release(work: Work, session_id: str, number: int) -> Stop:
     return _step(work, session_id, number, released)
 
 
+def reopen(work: Work, session_id: str, number: int) -> Stop:
+    """Take back what was stated of the masses, as long as the drum has not turned with them in a stored run.
+
+    The masses of a plan go back into the box; a machine that was released is to be locked again. Raises NotFound,
+    OutOfOrder for a stop that is not the latest, in which nothing was stated, or after which a run was taken.
+    """
+    with work.read() as store:
+        stop = _row(store, session_id, number).stop
+        latest, runs = store.stops(session_id)[-1].number, len(store.runs(session_id))
+        fitted_id = require(store, SessionRow, session_id).fitted_plan_id
+    if stop.masses is None or number != latest or (stop.changed_after_run or 0) < runs:
+        raise OutOfOrder(
+            f"stop {number} cannot be corrected: nothing was stated in it, or the drum has turned since",
+            code="stop_not_correctable",
+            field="number",
+            value=number,
+            advice="stop the machine again and state what is on the drum",
+        )
+    if stop.purpose == "plan" and fitted_id == stop.plan_id and fitted_id is not None:
+        plans.unfit(work, fitted_id)
+
+    def taken_back(stop: Stop, _machine: Machine) -> Stop:
+        locked = stop.locked_at if stop.released_at is None else None
+        return replace(stop, masses=None, changed_at=None, changed_after_run=None, released_at=None, locked_at=locked)
+
+    return _step(work, session_id, number, taken_back)
+
+
 def cancel(work: Work, session_id: str, number: int) -> Stop:
     """Give a stop up before anything was changed. Raises NotFound, OutOfOrder."""
 
@@ -194,7 +225,7 @@ def _step(work: Work, session_id: str, number: int, stepped: Callable[[Stop, Mac
                 advice="load the session again: it shows what to do next",
             )
         stop = stepped(row.stop, session.machine)
-        if stop.changed_at != row.stop.changed_at:
+        if stop.changed_at not in (None, row.stop.changed_at):
             stop = replace(stop, changed_after_run=len(store.runs(session_id)))
         row.stop = stop
         return stop

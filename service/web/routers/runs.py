@@ -10,8 +10,9 @@ from fastapi.responses import Response
 from service.engine.validation import highest_speed
 from service.errors import DrumtrueError, OutOfOrder
 from service.model.run import RunKind, RunPatch, RunReading, RunRequest, Take
+from service.model.stop import StopRequest
 from service.runtime.context import Work
-from service.usecases.sessions import live, runs
+from service.usecases.sessions import live, runs, stops
 from service.web.form_guard import done_in, require_fresh
 from service.web.forms import Form, TypedDep
 from service.web.language import N_
@@ -87,6 +88,27 @@ def exclude_run(
         return done_in(page, guide, typed, change)
     except DrumtrueError as error:
         return steps.refused(page, guide, form, error, back)
+
+
+@router.post("/{run_id}/repeat")
+def repeat_trial(
+    page: PageDep, guide: GuideDep, typed: TypedDep, run_id: Annotated[str, Path(max_length=32)]
+) -> Response:
+    """Leave a trial run out and stop the machine to take it again in the same plane."""
+    run = next((one for one in guide.session.runs if one.id == run_id), None)
+    plane = run.masses[-1].plane if run is not None and run.masses else None
+
+    def again(work: Work) -> str:
+        runs.change(
+            work, guide.session.id, run_id, RunPatch(excluded=True, reason=page.text(N_("the trial is repeated")))
+        )
+        stops.begin(work, guide.session.id, StopRequest(purpose="trial", plane=plane))
+        return f"/sessions/{guide.session.id}"
+
+    try:
+        return done_in(page, guide, typed, again)
+    except DrumtrueError as error:
+        return steps.refused(page, guide, Form(typed, page.language), error)
 
 
 def _reading(page: Page, guide: Guide, form: Form, index: int, speed: float | None) -> RunReading | None:

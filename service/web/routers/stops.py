@@ -8,6 +8,7 @@ from fastapi import APIRouter
 from fastapi.responses import Response
 
 from service.engine import mapping
+from service.engine.trial_check import Doubt, force_of
 from service.errors import DrumtrueError
 from service.model.plan import ActualPlacement
 from service.model.run import MassOnRotor
@@ -27,6 +28,13 @@ router = APIRouter(prefix="/sessions/{session_id}/stops")
 LOCK = ("standstill", "key_out", "blocked")
 RELEASE = ("torqued", "tools_out", "guards_on")
 NOT_YET = N_("Do this first, then tick it.")
+DOUBTS: dict[Doubt, str] = {
+    "force_large": N_(
+        "Really %(mass)s? It pulls with %(force)s at service speed, %(share)s of the load on the bearing."
+    ),
+    "mass_above_suggested": N_("Really %(mass)s? That is more than three times the usual. It pulls with %(force)s."),
+    "mass_below_suggested": N_("Really %(mass)s? That is less than a third of the usual: it may show nothing."),
+}
 MOST_G = 1e5
 PURPOSES: dict[str, StopPurpose] = {"trial": "trial", "plan": "plan", "bare": "bare"}
 
@@ -63,8 +71,17 @@ def trial_mass_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) 
     kept = guide.on_rotor if form.ticked("keep") else _carried(guide)
     if not form.ok or grams is None or angle is None or plane is None:
         return steps.show(page, guide, form=form, status=422)
+    if _asked(page, guide, form, plane, grams):
+        return steps.show(page, guide, form=form, status=422)
     masses = (*kept, MassOnRotor(plane=plane, mass_g=grams, angle_deg=angle))
     return _then(page, guide, typed, form, lambda work: stops.change(work, guide.session.id, number, masses))
+
+
+@router.post("/{number}/correct")
+def correct_stop(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
+    """Take back what was stated of the masses, before the drum has turned."""
+    form = Form(typed, page.language)
+    return _then(page, guide, typed, form, lambda work: stops.reopen(work, guide.session.id, number))
 
 
 @router.post("/{number}/plan")
@@ -115,6 +132,22 @@ def _then(page: Page, guide: Guide, typed: dict[str, str], form: Form, verb: Cal
         except DrumtrueError as error:
             return steps.refused(page, guide, form, error)
     return steps.show(page, guide, form=form, status=422)
+
+
+def _asked(page: Page, guide: Guide, form: Form, plane: str, grams: float) -> bool:
+    """Ask about a trial mass that pulls hard or is far from the suggested one; the tick holds for this mass alone."""
+    found = force_of(guide.session.machine, plane, grams, steps.expected_g(page, guide, plane))
+    if not found.doubts or not found.bearable or form.ticked(steps.sure(grams)):
+        return False
+    show = page.display
+    form.wrong(
+        steps.sure(grams),
+        DOUBTS[found.doubts[0]],
+        mass=show.mass(grams),
+        force=show.force(found.force_n),
+        share=show.percent(found.share),
+    )
+    return True
 
 
 def _carried(guide: Guide) -> tuple[MassOnRotor, ...]:

@@ -10,11 +10,13 @@ from markupsafe import Markup
 
 from service.engine import mapping
 from service.engine.rotor_state import changes_to, mounted, trial_piece
+from service.engine.trial_check import Answer, TrialEffect, answer_of, effect_of, force_of
 from service.engine.validation import highest_speed, label_at
 from service.errors import DrumtrueError, InvalidInput
 from service.model.influence import TrialMassSuggestion
 from service.model.machine import StoredCatalogue
 from service.model.plan import Plan
+from service.model.run import Run
 from service.model.stop import Stop
 from service.usecases.machines import influence
 from service.usecases.plans import plans
@@ -100,6 +102,20 @@ def trial_advice(page: Page, guide: Guide, plane: str) -> TrialAdvice:
     return TrialAdvice(plane, suggestion, _piece(page, guide, plane, suggestion), hole, why_not)
 
 
+def expected_g(page: Page, guide: Guide, plane: str) -> float | None:
+    """The trial mass that is usual here: as suggested, else the mean of what was bolted on before."""
+    advice = trial_advice(page, guide, plane)
+    if advice.suggestion is not None:
+        return advice.piece_g or advice.suggestion.mass_g
+    before = [abs(mass.mass_g) for run in guide.runs("trial") for mass in run.masses]
+    return sum(before) / len(before) if before else None
+
+
+def sure(grams: float) -> str:
+    """The name of the tick that says that this very mass is meant."""
+    return f"sure.{grams:.6g}"
+
+
 def _piece(page: Page, guide: Guide, plane: str, suggestion: TrialMassSuggestion | None) -> float | None:
     box = box_of(page, guide)
     if box is None or suggestion is None:
@@ -110,6 +126,8 @@ def _piece(page: Page, guide: Guide, plane: str, suggestion: TrialMassSuggestion
         for item in box.items
         if item.on_hand != 0 and force(guide.session.machine, plane, item.mass_g + item.fastener_g) <= most
     ]
+    light = [grams for grams in fits if "force_large" not in force_of(guide.session.machine, plane, grams).doubts]
+    fits = light or fits
     return min(fits, key=lambda grams: abs(grams - suggestion.mass_g), default=None)
 
 
@@ -142,10 +160,33 @@ def _trial(page: Page, guide: Guide) -> dict[str, Any]:
         "advice": advice,
         "holes": holes(guide.plane(plane)),
         "part": guide.part if stop is not None else "begin",
+        "effect": effect(guide),
         "taught": bool(influence.history_of(page.work, guide.session.machine_id, 1)),
         "pictures": _trial_picture(page, guide, advice),
         **_entry(page, guide),
     }
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What the latest trial mass did, right after its run."""
+
+    run: Run
+    plane: str
+    answer: Answer
+    sensors: tuple[TrialEffect, ...]
+
+
+def effect(guide: Guide) -> Effect | None:
+    """The effect of the latest trial run against the run as found; None where the latest run is no such run."""
+    last = guide.used[-1] if guide.used else None
+    first = next((run for run in guide.used if run.kind == "initial"), None)
+    if last is None or first is None or last.kind != "trial" or not last.masses:
+        return None
+    if last.nominal_speed_rpm != first.nominal_speed_rpm:
+        return None
+    found = effect_of(guide.session.machine, first, last, guide.session.run_out)
+    return Effect(last, last.masses[-1].plane, answer_of(found), found) if found else None
 
 
 def _trial_picture(page: Page, guide: Guide, advice: TrialAdvice) -> list[Markup]:
@@ -168,6 +209,7 @@ def _correction(page: Page, guide: Guide) -> dict[str, Any]:
     correction = guide.correction or (found[-1] if found else None)
     return {
         "correction": correction,
+        "effect": effect(guide),
         "pictures": pictures.vectors(guide.session, correction, None, page.preferences),
         "mirrored": pictures.mirrored(guide.session, correction, page.preferences),
     }
@@ -264,9 +306,16 @@ def _decide(page: Page, guide: Guide) -> dict[str, Any]:
         "outcome": report.verdict.outcome,
         "unjudged": report.verdict.unjudged,
         "taught": _taught(page, guide),
+        "trim_source": trim_source(guide),
         "pictures": pictures.bars(guide.session, report.before_after, page.preferences),
         "vectors": pictures.vectors(guide.session, None, guide.fitted, page.preferences),
     }
+
+
+def trim_source(guide: Guide) -> str:
+    """What a trim is computed from: a fit as soon as the runs allow it, else what the last correction came from."""
+    last = guide.session.corrections[-1].request.source if guide.session.corrections else "fit"
+    return "fit" if guide.progress.can_fit else last
 
 
 def _taught(page: Page, guide: Guide) -> bool | None:
