@@ -16,7 +16,7 @@ from sqlalchemy import Connection, CursorResult
 
 
 class NewReading(NamedTuple):
-    """A row of `reading` to be; the fields are its columns, `taken_at` has a zone."""
+    """A row of `reading` to be; the fields are its columns, times have a zone."""
 
     source: str
     sequence: int
@@ -29,11 +29,13 @@ class NewReading(NamedTuple):
     speed_rpm: float | None
     scatter: float | None
     overall_rms: float | None
+    received_at: datetime
+    apart: str | None = None
 
 
 _COLUMNS = ", ".join(NewReading._fields)
-_TYPES = ("text", "int8", "text", "text", "timestamptz", "text", "float8", "float8", "float8", "float8", "float8")
-_TIME = NewReading._fields.index("taken_at")
+_TYPES = ("text", "int8", "text", "text", "timestamptz", "text", *["float8"] * 5, "timestamptz", "text")
+_TIME, _RECEIVED = NewReading._fields.index("taken_at"), NewReading._fields.index("received_at")
 _INTO = f"INSERT INTO reading ({_COLUMNS})"
 _ROWS_AT_ONCE = (500, 50, 5, 1)
 """Few lengths, so that each statement is prepared once. SQLite takes 32,766 values in one."""
@@ -67,6 +69,8 @@ def _for_rows(count: int) -> str:
 
 
 def _for_sqlite(row: NewReading) -> tuple[Any, ...]:
-    """The row with its time as SQLAlchemy writes it: UTC, without a zone."""
-    text = row.taken_at.astimezone(UTC).isoformat(" ", "microseconds")[:26]
-    return (*row[:_TIME], text, *row[_TIME + 1 :])
+    """The row with its times as SQLAlchemy writes them: UTC, without a zone."""
+    taken, received = (
+        moment.astimezone(UTC).isoformat(" ", "microseconds")[:26] for moment in (row.taken_at, row.received_at)
+    )
+    return (*row[:_TIME], taken, *row[_TIME + 1 : _RECEIVED], received, *row[_RECEIVED + 1 :])

@@ -224,14 +224,55 @@ class SourceMarkRow(Base):
     counters: Mapped[tuple[FrameCounter, ...]] = mapped_column(Document(tuple[FrameCounter, ...]))
 
 
+class SourceClockRow(Base):
+    """How far a source's clock is off, by what it sent; `service` keeps the rules (`SourceClock`).
+
+    offset_s: what is added to its times. stated: by what the source itself said its clock was at. bucket_at, bucket_s,
+    before_s: the least offsets seen since then and in the span before. steady_from: when it is relied on. ahead_s,
+    apart_at, apart: of the last reading that was set apart for its time, and how many were.
+    """
+
+    __tablename__ = "source_clock"
+
+    source: Mapped[str] = mapped_column(String(100), primary_key=True)
+    stated: Mapped[bool | None]
+    offset_s: Mapped[float | None]
+    bucket_at: Mapped[datetime | None] = mapped_column(UtcTime)
+    bucket_s: Mapped[float | None]
+    before_s: Mapped[float | None]
+    steady_from: Mapped[datetime | None] = mapped_column(UtcTime)
+    ahead_s: Mapped[float | None]
+    apart_at: Mapped[datetime | None] = mapped_column(UtcTime)
+    apart: Mapped[int] = mapped_column(default=0, server_default="0")
+
+
+LIVE = text("session_id IS NULL AND apart IS NULL")
+"""Of readings for whatever session is open; word for word in query and index."""
+LIVE_IN_SESSION = text("session_id IS NOT NULL AND apart IS NULL")
+SET_APART = text("apart IS NOT NULL")
+
+
 class ReadingRow(Base):
-    """One reading of a source; (source, sequence) makes it idempotent."""
+    """One reading of a source; (source, sequence) makes it idempotent.
+
+    received_at: when the service had it; null: stored by a version that did not note that. apart: why it is in no
+    window, mean or run (`clock_ahead`, `withdrawn`); null for a reading like any other.
+    """
 
     __tablename__ = "reading"
     __table_args__ = (
         UniqueConstraint("source", "sequence"),
         Index(None, "source", "taken_at"),
-        Index(None, "session_id", "taken_at"),
+        Index("ix_reading_live", "source", "received_at", "id", sqlite_where=LIVE, postgresql_where=LIVE),
+        Index(
+            "ix_reading_live_in_session",
+            "session_id",
+            "received_at",
+            "id",
+            sqlite_where=LIVE_IN_SESSION,
+            postgresql_where=LIVE_IN_SESSION,
+        ),
+        Index("ix_reading_apart", "source", "received_at", sqlite_where=SET_APART, postgresql_where=SET_APART),
     )
 
     id: Mapped[int] = mapped_column(_AUTO_KEY, primary_key=True, autoincrement=True)
@@ -246,6 +287,8 @@ class ReadingRow(Base):
     speed_rpm: Mapped[float | None]
     scatter: Mapped[float | None]
     overall_rms: Mapped[float | None]
+    received_at: Mapped[datetime | None] = mapped_column(UtcTime)
+    apart: Mapped[str | None] = mapped_column(String(16))
 
 
 class ReadingFindingsRow(Base):
@@ -373,3 +416,4 @@ class BalancerAnswerRow(Base):
     session_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("session.id"))
     taken_at: Mapped[datetime] = mapped_column(UtcTime)
     masses: Mapped[tuple[MassOnRotor, ...]] = mapped_column(Document(tuple[MassOnRotor, ...]))
+    received_at: Mapped[datetime | None] = mapped_column(UtcTime)

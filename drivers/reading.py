@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import datetime
-from typing import Annotated, Any, ClassVar
+from datetime import UTC, datetime
+from typing import Annotated, Any, ClassVar, Final
 
 from annotated_types import Ge, Gt, Le, Len, Timezone
 
 _Text = Annotated[str, Len(1, 100)]
+
+NO_CLOCK: Final = datetime.max.replace(tzinfo=UTC)
+"""`taken_at` of a reading whose sender has no clock: the service puts the moment of its receipt in its place."""
 
 
 @dataclass(frozen=True, slots=True)

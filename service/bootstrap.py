@@ -136,4 +136,9 @@ def _answering(settings: Settings) -> Iterator[None]:
 def build_work(settings: Settings, *, create: bool = True) -> Work:
     """Everything the use cases need. create: an SQLite file that is not there becomes a new one."""
     database = open_database(settings, create=create)
-    return Work(database=database, max_readings=settings.max_readings, turns=Turns(settings.solves))
+    return Work(
+        database=database,
+        max_readings=settings.max_readings,
+        max_ahead_s=settings.max_ahead_s,
+        turns=Turns(settings.solves),
+    )

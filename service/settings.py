@@ -22,6 +22,7 @@ class Settings:
     of this machine alone, and answers without a token until one is created. trusted_proxies: addresses and networks,
     with commas between, whose X-Forwarded-For and X-Forwarded-Proto are believed; none if empty. solves: selections
     that are computed at once; None: one a core. retain_days: raw readings are rolled up after so many; None: never.
+    max_ahead_s: readings dated further ahead of the moment at which they come are set apart.
     """
 
     database_url: str = f"sqlite:///{DEFAULT_DATABASE}"
@@ -31,6 +32,7 @@ class Settings:
     trusted_proxies: str = ""
     solves: int | None = None
     retain_days: int | None = None
+    max_ahead_s: float = 60.0
 
     @property
     def shown(self) -> str:

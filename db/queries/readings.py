@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
-from sqlalchemy import CursorResult, Select, and_, delete, func, insert, or_, select, update
+from sqlalchemy import ColumnElement, CursorResult, Select, delete, func, insert, literal, or_, select, update
 
 from db.bulk_insert import NewReading, insert_new
 from db.pubsub import stream
 from db.queries.base import Queries
 from db.reading_batches import BATCH, Range, batch_digest, is_within, merged, ranges_of
 from db.rows import (
+    LIVE,
+    LIVE_IN_SESSION,
     AuditRow,
     BalancerAnswerRow,
     MachineRow,
@@ -20,6 +22,7 @@ from db.rows import (
     ReadingMinuteRow,
     ReadingRangeRow,
     ReadingRow,
+    SourceClockRow,
     SourceMarkRow,
     SourceRow,
 )
@@ -32,8 +35,20 @@ from service.model.machine import Machine
 _LOOKUP_CHUNK = 400
 """Numbers in one IN list: SQLite takes 32,766 variables, and short statements are cached."""
 
+WITHDRAWN = "withdrawn"
+"""`apart` of a reading that was taken out by hand."""
+
 _ROLLING = 7_325_119
 """Advisory lock of PostgreSQL under which readings are rolled up."""
+
+
+class LatestOf(NamedTuple):
+    """What is asked of the latest readings and answers of a source."""
+
+    sequence: int
+    taken_at: datetime
+    received_at: datetime | None
+    apart: str | None
 
 
 class Readings(Queries):
@@ -153,32 +168,71 @@ class Readings(Queries):
                 found.update({(row.source, row.sequence): row for row in self._session.scalars(query)})
         return found
 
-    def newest_readings(
-        self, machine_id: str, session_id: str, sources: Sequence[str], since: datetime, most: int
-    ) -> Sequence[ReadingRow]:
-        """The newest readings on a machine: of its bound sources, or sent for the session; newest first."""
+    def received_of_source(self, source: str, machine_id: str, since: datetime, most: int) -> Sequence[ReadingRow]:
+        """The readings of a source that were received last, for whatever session is open on its machine."""
+        # One index gives them in order: what a machine said since its session was opened may be millions.
+        query = select(ReadingRow).where(ReadingRow.source == source, LIVE, ReadingRow.machine_id == machine_id)
+        return self._received(query, since, most)
+
+    def received_for_session(self, session_id: str, since: datetime, most: int) -> Sequence[ReadingRow]:
+        """The readings sent for a session that were received last."""
+        query = select(ReadingRow).where(ReadingRow.session_id == session_id, LIVE_IN_SESSION)
+        return self._received(query, since, most)
+
+    def _received(self, query: Select[Any], since: datetime, most: int) -> Sequence[ReadingRow]:
+        recent = query.where(ReadingRow.received_at >= since)
         return self._session.scalars(
-            select(ReadingRow)
-            .where(
-                ReadingRow.machine_id == machine_id,
-                or_(
-                    and_(ReadingRow.source.in_(sources), ReadingRow.session_id.is_(None)),
-                    ReadingRow.session_id == session_id,
-                ),
-                ReadingRow.taken_at >= since,
-            )
-            .order_by(ReadingRow.taken_at.desc())
-            .limit(most)
+            recent.order_by(ReadingRow.received_at.desc(), ReadingRow.id.desc()).limit(most)
         ).all()
 
-    def latest_of(self, source: str, most: int) -> list[tuple[int, datetime]]:
-        """Number and time of the latest readings and answers of a source, the highest number first."""
-        found: list[tuple[int, datetime]] = []
+    def latest_of(self, source: str, most: int) -> list[LatestOf]:
+        """The latest readings and answers of a source, the highest number first."""
+        found: list[LatestOf] = []
         # One look at the end of each index: there are few sources, and many readings.
-        for kind in (ReadingRow, BalancerAnswerRow):
-            query = select(kind.sequence, kind.taken_at).where(kind.source == source).order_by(kind.sequence.desc())
-            found += [(number, at) for number, at in self._session.execute(query.limit(most))]
-        return sorted(found, reverse=True)[:most]
+        for kind, apart in ((ReadingRow, ReadingRow.apart), (BalancerAnswerRow, literal(None))):
+            query = select(kind.sequence, kind.taken_at, kind.received_at, apart).where(kind.source == source)
+            rows = self._session.execute(query.order_by(kind.sequence.desc()).limit(most))
+            found += [LatestOf(*row) for row in rows]
+        return sorted(found, key=lambda one: one.sequence, reverse=True)[:most]
+
+    # ------------------------------------------------------------ clocks of sources
+    def clocks(self, sources: Iterable[str]) -> dict[str, SourceClockRow]:
+        """What is known of the clocks of sources, by name."""
+        names, found = sorted(set(sources)), dict[str, SourceClockRow]()
+        for start in range(0, len(names), _LOOKUP_CHUNK):
+            query = select(SourceClockRow).where(SourceClockRow.source.in_(names[start : start + _LOOKUP_CHUNK]))
+            found |= {row.source: row for row in self._session.scalars(query)}
+        return found
+
+    def put_clocks(self, values: Mapping[str, Mapping[str, Any]]) -> None:
+        """Store what is known of clocks now, by source; in the order of names, so that two writers do not cross."""
+        for source in sorted(values):
+            known = update(SourceClockRow).where(SourceClockRow.source == source).values(values[source])
+            if not cast("CursorResult[Any]", self._session.execute(known)).rowcount:
+                self._session.execute(insert(SourceClockRow).values(source=source, **values[source]))
+
+    # ------------------------------------------------------------ readings that are taken out
+    def withdraw(
+        self, source: str, sequences: Sequence[int] | None, since: datetime | None, until: datetime | None
+    ) -> tuple[int, int]:
+        """Set readings of a source apart, by number or by time; how many, and how many were withdrawn before."""
+        rules: list[ColumnElement[bool]] = [] if sequences is None else [ReadingRow.sequence.in_(sequences)]
+        if since is not None:
+            rules.append(ReadingRow.taken_at >= since)
+        if until is not None:
+            rules.append(ReadingRow.taken_at <= until)
+        mine = ReadingRow.source == source, *rules
+        before = self._session.scalar(
+            select(func.count()).select_from(ReadingRow).where(*mine, ReadingRow.apart == WITHDRAWN)
+        )
+        still = or_(ReadingRow.apart.is_(None), ReadingRow.apart != WITHDRAWN)
+        stream(self._session, set(self._session.scalars(select(ReadingRow.machine_id).where(*mine).distinct())))
+        done = self._session.execute(update(ReadingRow).where(*mine, still).values(apart=WITHDRAWN))
+        return cast("CursorResult[Any]", done).rowcount, int(before or 0)
+
+    def note_withdrawal(self, source: str, told: Mapping[str, Any]) -> None:
+        """Put a withdrawal into the history, in its chain."""
+        self._note("withdrawn", "source", source, told)
 
     def highest_sequence(self, kind: type[ReadingRow | BalancerAnswerRow], source: str) -> int:
         """The highest number stored of a source; -1 for none."""
@@ -201,12 +255,13 @@ class Readings(Queries):
         return readable(self._page(query, limit, offset))
 
     def readings_between(self, source: str, machine_id: str, since: datetime, until: datetime) -> Sequence[ReadingRow]:
-        """Readings of a source on a machine between two times, in order of sequence."""
+        """Readings of a source on a machine between two times, in order of sequence; none that is set apart."""
         return self._session.scalars(
             select(ReadingRow)
             .where(
                 ReadingRow.source == source,
                 ReadingRow.machine_id == machine_id,
+                ReadingRow.apart.is_(None),
                 ReadingRow.taken_at >= since,
                 ReadingRow.taken_at <= until,
             )
@@ -240,14 +295,19 @@ class Readings(Queries):
         query = select(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until)
         return self._session.scalars(query).all()
 
-    def roll_up(self, source: str, until: datetime, readings: int, minutes: list[dict[str, Any]]) -> None:
-        """Remove raw readings of a source from before a moment, and store what is left of them."""
+    def roll_up(
+        self, source: str, until: datetime, readings: int, minutes: list[dict[str, Any]], forget: datetime
+    ) -> None:
+        """Remove raw readings of a source from before a moment, and store what is left of them.
+
+        forget: lines of history from before it, that tell of readings sent, go too.
+        """
         self._session.execute(insert(ReadingMinuteRow), minutes)
         self._remember_numbers(source, until)
         self._session.execute(delete(ReadingRow).where(ReadingRow.source == source, ReadingRow.taken_at < until))
         old = ReadingFindingsRow.source == source, ReadingFindingsRow.taken_at < until
         self._session.execute(delete(ReadingFindingsRow).where(*old))
-        self._forget_arrivals(source, until)
+        self._forget_arrivals(source, forget)
         if self._history is not None:
             changes = {"rolled_up_before": [None, until.isoformat()], "readings": [readings, 0]}
             self._history.note("changed", "source", source, changes)
@@ -282,11 +342,10 @@ class Readings(Queries):
         )
         return self._session.scalar(query.order_by(ReadingMinuteRow.minute).limit(1))
 
-    def newest_by_source(self) -> dict[str, datetime]:
-        """When the newest reading of each bound source was taken; sources without one are left out."""
-        newest = select(func.max(ReadingRow.taken_at)).where(ReadingRow.source == SourceRow.name).scalar_subquery()
-        found = self._session.execute(select(SourceRow.name, newest))
-        return {name: at for name, at in found if at is not None}
+    def sources_on(self, machine_id: str) -> Sequence[SourceRow]:
+        """Sources that are bound to a machine, by name."""
+        query = select(SourceRow).where(SourceRow.machine_id == machine_id)
+        return self._session.scalars(query.order_by(SourceRow.name)).all()
 
 
 def _readable(rows: Iterable[Any]) -> dict[int, Findings]:

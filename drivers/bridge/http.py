@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any, Protocol
 
 import httpx2
@@ -45,8 +46,8 @@ class HttpOut(Closed):
     Nothing is kept: after `DeliveryFailed` the caller posts the same readings again, which is safe, since the service
     knows them by source and sequence. Only the service's own receipt over all that was sent counts as acknowledged: a
     sign-in page of a Wi-Fi, another web server or a wrong address may answer 200 to anything. token: sent as
-    `authorization: Bearer`. timeout_s: for each step of a request, and for its answer as a whole. client: an httpx2
-    client to use instead of an own one; closed with this object all the same.
+    `authorization: Bearer`. timeout_s: for each step of a request, and for its answer as a whole. now: the clock that
+    dates the readings. client: an httpx2 client to use instead of an own one; closed with this object all the same.
     """
 
     def __init__(
@@ -58,6 +59,7 @@ class HttpOut(Closed):
         token: str | None = None,
         client: httpx2.Client | None = None,
         monotonic: Callable[[], float] = time.monotonic,
+        now: Callable[[], datetime] = lambda: datetime.now(UTC),
     ) -> None:
         require(
             base_url.startswith(("http://", "https://")), f"base_url {base_url!r}", "begin with http:// or https://"
@@ -70,7 +72,7 @@ class HttpOut(Closed):
         self._headers = {"content-type": "application/json", "accept-encoding": "identity"}
         if token:
             self._headers["authorization"] = f"Bearer {token}"
-        self._timeout_s, self._monotonic = timeout_s, monotonic
+        self._timeout_s, self._monotonic, self._now = timeout_s, monotonic, now
         self._client = client or httpx2.Client(timeout=timeout_s)
 
     def post(self, readings: Sequence[Reading]) -> int:
@@ -119,7 +121,9 @@ class HttpOut(Closed):
 
     def _answer(self, url: str, body: bytes, what: str) -> _Answer:
         try:
-            with self._client.stream("POST", url, content=body, headers=self._headers) as response:
+            # By what the clock of this machine says now, the service knows how far it is off.
+            headers = {**self._headers, "sent-at": self._now().isoformat()}
+            with self._client.stream("POST", url, content=body, headers=headers) as response:
                 media_type = response.headers.get("content-type", "").partition(";")[0].strip().lower()
                 return _Answer(response.status_code, media_type, self._read(response))
         except (httpx2.HTTPError, httpx2.InvalidURL, httpx2.StreamError) as error:

@@ -7,8 +7,10 @@ from typing import Annotated, Any
 from fastapi import Depends, Header, Path, Query, Request
 
 from service.api.problems import Problem
+from service.model.base import Moment
 from service.runtime.context import Work
 from service.usecases.access.tokens import Principal
+from service.usecases.readings.clocks import Arrival
 
 
 # Neither waits for anything: as coroutines they are spared a turn of a thread each.
@@ -34,6 +36,22 @@ async def _having_seen(
     return work.having_seen(None if if_match in (None, "*") else int(if_match.strip('"')))
 
 
+async def _arriving(
+    work: Annotated[Work, Depends(_work)],
+    sent_at: Annotated[
+        Moment | None,
+        Header(
+            alias="sent-at",
+            description="The sender's time as it sends this, RFC 3339: how far its clock is off is known by that. Left "
+            "out, the least time from taken to received of the last minutes tells.",
+        ),
+    ] = None,
+) -> Arrival:
+    """When a request of a source came, and was sent."""
+    return Arrival(work.now(), sent_at)
+
+
+ArrivalDep = Annotated[Arrival, Depends(_arriving)]
 SeenDep = Annotated[Work, Depends(_having_seen)]
 WorkDep = Annotated[Work, Depends(_work)]
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$", description="Identifier.")]

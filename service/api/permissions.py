@@ -63,6 +63,7 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "change_session",
             "add_run",
             "change_run",
+            "withdraw_readings",
             "add_correction",
             "add_plan",
             "reserve_plan",

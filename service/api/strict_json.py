@@ -24,6 +24,7 @@ from service.model.base import adapter, write_json
 from service.model.plan import Plan
 from service.model.session import Session
 from service.runtime import idempotency
+from service.usecases.readings.clocks import Arrival
 
 Validator = Callable[[bytes], Any]
 
@@ -88,7 +89,9 @@ def _done_once(endpoint: Callable[..., Any], status: int, returned: Any) -> Call
 
     def keyed(key: str, given: dict[str, Any]) -> Response:
         work = given.pop("work")
-        asked = json.dumps([endpoint.__name__, to_jsonable_python(given)], sort_keys=True)
+        # When it came is no part of what is asked: sent again it comes later.
+        said = {name: value for name, value in given.items() if not isinstance(value, Arrival)}
+        asked = json.dumps([endpoint.__name__, to_jsonable_python(said)], sort_keys=True)
         answer = idempotency.answer(
             work,
             key,

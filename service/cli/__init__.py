@@ -109,6 +109,10 @@ def serve(
             min=1, envvar="DRUMTRUE_RETAIN_DAYS", help="Roll up raw readings older than this, daily; default: never."
         ),
     ] = None,
+    max_ahead_s: Annotated[
+        float,
+        typer.Option(min=1.0, help="Readings dated further ahead of their receipt are set apart, s."),
+    ] = 60.0,
 ) -> None:
     """Serve the API; an empty or older SQLite file is migrated first. With --can, read a balancer's bus as well."""
     from service.cli.commands.serve import serve_until_stopped
@@ -124,7 +128,7 @@ def serve(
     if log_format not in ("text", "json"):
         raise typer.BadParameter(f"{log_format!r} is no format; use text or json", param_hint="--log-format")
     settings = Settings.from_environment(database_url=database_url)
-    settings = replace(settings, solves=solves, retain_days=retain_days)
+    settings = replace(settings, solves=solves, retain_days=retain_days, max_ahead_s=max_ahead_s)
     if trust_proxy is not None:
         settings = replace(settings, trusted_proxies=trust_proxy)
     serve_until_stopped(host, port, settings, ear, log_format)

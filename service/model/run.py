@@ -69,6 +69,8 @@ class Take:
     """First moment, RFC 3339."""
     until: Annotated[Moment, Field(alias="to")]
     """Last moment, RFC 3339."""
+    received_from: Moment | None = None
+    """Only readings that the service received then or later, RFC 3339: a source's clock may have been set meanwhile."""
 
 
 @document

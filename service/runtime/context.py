@@ -47,6 +47,8 @@ def new_id() -> str:
 class Work:
     """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: a token's name, or local.
 
+    max_ahead_s: readings that are dated further ahead of the moment at which they come are set apart.
+
     together: small batches of readings that come at the same time share a unit of work. turns: to compute a selection.
     long_list: held while a long list of readings is stored; several at once would be done no sooner, and all that is
     asked meanwhile would wait for all of them.
@@ -57,6 +59,7 @@ class Work:
     new_id: Callable[[], str] = new_id
     monotonic: Callable[[], float] = time.monotonic
     max_readings: int = 10_000
+    max_ahead_s: float = 60.0
     actor: str = "local"
     meters: Meters = field(default_factory=Meters)
     together: Together[Any, Any] = field(default_factory=Together)

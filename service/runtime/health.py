@@ -35,12 +35,3 @@ def readiness(work: Work) -> Readiness:
         return Readiness(status="broken", database=type(broken).__name__, seconds=work.monotonic() - begun)
     seconds = work.monotonic() - begun
     return Readiness(status="slow" if seconds > SLOW_S else "ready", database="ok", seconds=seconds)
-
-
-def metrics(work: Work) -> bytes:
-    """Everything counted, in Prometheus' text format."""
-    now = work.now()
-    with work.read() as store:
-        newest = store.newest_by_source()
-    lags_s = {source: (now - at).total_seconds() for source, at in newest.items()}
-    return work.meters.text(lags_s, work.listeners.states())

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
 
@@ -31,6 +32,18 @@ class Meters:
         )
         self._lag = Gauge(
             "drumtrue_source_lag_seconds", "Age of the newest reading of a bound source.", ["source"], registry=registry
+        )
+        self._offset = Gauge(
+            "drumtrue_source_clock_offset_seconds",
+            "What is added to the times of a bound source: above 0 its clock is behind.",
+            ["source"],
+            registry=registry,
+        )
+        self._apart = Gauge(
+            "drumtrue_source_readings_set_apart",
+            "Readings of a bound source that were dated ahead of their receipt.",
+            ["source"],
+            registry=registry,
         )
         self._solve = Histogram(
             "drumtrue_solve_seconds",
@@ -95,14 +108,27 @@ class Meters:
         """Count a request."""
         self._requests.labels(operation, str(status)).observe(seconds)
 
-    def text(self, lags_s: dict[str, float], listeners: Sequence[ListenerState] = ()) -> bytes:
-        """All of it in Prometheus' text format, with the age of each bound source's newest reading, s."""
+    def text(
+        self,
+        lags_s: Mapping[str, float],
+        listeners: Sequence[ListenerState] = (),
+        *,
+        offsets_s: Mapping[str, float] = MappingProxyType({}),
+        apart: Mapping[str, int] = MappingProxyType({}),
+    ) -> bytes:
+        """All of it in Prometheus' text format.
+
+        By bound source: age of the newest reading and offset of the clock, both s; how many readings were set apart.
+        """
         for one in listeners:
             self._listening.labels(one.source).set(one.state == "listening")
             self._again.labels(one.source).set(one.reopened + one.restarts)
             for reason, count in one.refused.items():
                 self._frames.labels(one.source, reason).set(count)
-        self._lag.clear()
-        for source, lag in lags_s.items():
-            self._lag.labels(source).set(lag)
+        told: tuple[tuple[Gauge, Mapping[str, float]], ...]
+        told = ((self._lag, lags_s), (self._offset, offsets_s), (self._apart, apart))
+        for gauge, values in told:
+            gauge.clear()
+            for source, value in values.items():
+                gauge.labels(source).set(value)
         return generate_latest(self._registry)

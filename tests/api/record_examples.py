@@ -60,7 +60,7 @@ MACHINE = {
         {"name": "M", "axial_mm": 0.0, "direction": "vertical", "limit": 1.5},
     ],
 }
-DAY = "2026-03-01T12:"
+DAY = "2025-12-01T12:"
 
 
 class Recorder:
@@ -227,6 +227,8 @@ def from_a_bridge(recorder: Recorder, machine: str, box: str) -> None:
     recorder.ask("GET", f"/sessions/{session}/balancer-answers")
     recorder.ask("POST", "/blocks", block(stamp))
     recorder.ask("GET", "/sources/bridge 1/readings?limit=1")
+    wrong = {"source": "bridge 1", "sequences": [0], "reason": "the sensor hung loose"}
+    recorder.ask("POST", "/readings/withdrawals", wrong)
 
 
 def block(stamp: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import pytest
 from service.app import PREFIX
 from tests.support.http.workshop import Workshop, machine_body, problem_of
 
-NOON = "2026-03-01T12:00:00Z"
+NOON = "2025-12-01T12:00:00Z"
 BODIES: dict[str, tuple[bytes, str]] = {
     "no JSON": (b"{", "invalid_json"),
     "not UTF-8": (b'{"source": "\xff\xfe"}', "invalid_json"),

@@ -13,12 +13,12 @@ import pytest
 
 from tests.support.http.workshop import DRUM, Workshop, application, box_body, machine_body, mass, problem_of
 
-NOON = "2026-03-01T12:00:00Z"
+NOON = "2025-12-01T12:00:00Z"
 RUN = "/sessions/$session/runs"
 INITIAL = {"kind": "initial", "readings": [{"sensor": "P", "amplitude": 1.0, "phase_deg": 10.0}]}
 READING = {"source": "bridge", "sequence": 7, "taken_at": NOON, "sensor": "P", "amplitude": 1.0}
 ANSWER = {"source": "bridge", "sequence": 7, "taken_at": NOON, "masses": [mass("1", 10.0, 33.0)]}
-TAKE = {"source": "bridge", "from": NOON, "to": "2026-03-01T12:01:00Z"}
+TAKE = {"source": "bridge", "from": NOON, "to": "2025-12-01T12:01:00Z"}
 PLAN = {"correction_id": "$correction", "objective": "components", "method": "exact", "max_masses_per_plane": 1}
 
 
@@ -138,11 +138,11 @@ RULES: dict[str, tuple[str, str, object, int, str, str | None]] = {
     "readings and take": ("POST", RUN, {**INITIAL, "take": TAKE}, 422, "invalid_input", "readings"),
     "nothing to take": ("POST", RUN, {"kind": "initial", "take": TAKE}, 422, "nothing_to_take", "take"),
     "take backwards": (
-        "POST", RUN, {"kind": "initial", "take": {**TAKE, "to": "2026-02-01T00:00:00Z"}}, 422, "invalid_input",
+        "POST", RUN, {"kind": "initial", "take": {**TAKE, "to": "2025-11-01T00:00:00Z"}}, 422, "invalid_input",
         "take.from",
     ),
     "take without a zone": (
-        "POST", RUN, {"kind": "initial", "take": {**TAKE, "to": "2026-03-01T12:01:00"}}, 422, "invalid_input",
+        "POST", RUN, {"kind": "initial", "take": {**TAKE, "to": "2025-12-01T12:01:00"}}, 422, "invalid_input",
         "take.to",
     ),
     # of another session
@@ -186,7 +186,7 @@ RULES: dict[str, tuple[str, str, object, int, str, str | None]] = {
     "no reading": ("POST", "/readings", [], 422, "invalid_input", None),
     "too many readings": ("POST", "/readings", [READING] * 10_001, 413, "too_large", None),
     "time without a zone": (
-        "POST", "/readings", {**READING, "taken_at": "2026-03-01T12:00:00"}, 422, "invalid_input", "[0].taken_at",
+        "POST", "/readings", {**READING, "taken_at": "2025-12-01T12:00:00"}, 422, "invalid_input", "[0].taken_at",
     ),
     "sequence below zero": ("POST", "/readings", {**READING, "sequence": -1}, 422, "invalid_input", "sequence"),
     "sequence with a fraction": ("POST", "/readings", {**READING, "sequence": 1.5}, 422, "invalid_input", "sequence"),

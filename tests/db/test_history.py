@@ -18,6 +18,7 @@ from service.runtime.context import Work, require
 from service.usecases import audit
 from service.usecases.access import tokens
 from service.usecases.readings import ingest
+from service.usecases.readings.clocks import Arrival
 from service.usecases.sessions import sessions
 from tests.support.http.workshop import Workshop
 
@@ -230,9 +231,9 @@ def test_requests_that_share_a_unit_are_each_told_under_their_own_name(shop: Wor
     shop.ask("PUT", "/sources/bridge", {"machine_id": shop.machine()})
     moment = shop.now()
 
-    def batch(actor: str, first: int, sensor: str = "P") -> tuple[Work, list[Reading]]:
+    def batch(actor: str, first: int, sensor: str = "P") -> tuple[Work, list[Reading], Arrival]:
         sent = [Reading("bridge", first + n, moment, "P" if n == 0 else sensor, 1.0) for n in range(2)]
-        return shop.work.acting(actor), sent
+        return shop.work.acting(actor), sent, Arrival(moment)
 
     ingest.ingest(shop.work.acting("bridge 1"), batch("bridge 1", 0)[1])
     shared = [batch("bridge 1", 10), batch("bridge 2", 20), batch("bridge 3", 30, "none"), batch("bridge 4", 0)]

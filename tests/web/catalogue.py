@@ -58,6 +58,7 @@ TOLD = (
     "service/engine/trial_check.py",
     "service/usecases/stock/ledger.py",
     "service/usecases/sessions/stops.py",
+    "service/usecases/readings/clocks.py",
     "service/usecases/readings/run_averaging.py",
     "service/usecases/access/tokens.py",
     "service/runtime/solver_slots.py",

@@ -16,6 +16,7 @@ from service.runtime import health
 from service.runtime.context import Work
 from service.runtime.health import Readiness
 from service.runtime.listeners import ListenerState
+from service.usecases.readings import source_health
 from service.version import __version__
 
 router = APIRouter(route_class=StrictRoute)
@@ -90,4 +91,4 @@ def _ask(work: Work, asked: asyncio.Future[Readiness]) -> None:
 @probes.get("/metrics")
 def get_metrics(work: WorkDep) -> Response:
     """What this process counted, and how far the sources are behind, in Prometheus' text format."""
-    return Response(health.metrics(work), media_type="text/plain; version=0.0.4; charset=utf-8")
+    return Response(source_health.metrics(work), media_type="text/plain; version=0.0.4; charset=utf-8")

@@ -9,13 +9,14 @@ from fastapi import APIRouter, Path, Query
 from starlette.concurrency import run_in_threadpool
 
 from drivers.reading import Reading
-from service.api.dependencies import Key, Limit, Offset, WorkDep, errors
+from service.api.dependencies import ArrivalDep, Key, Limit, Offset, WorkDep, errors
+from service.api.sent_reading import SentReading
 from service.api.strict_json import StrictRoute
 from service.model.base import Moment, Name, document
 from service.model.run import BalancerAnswer
 from service.usecases.readings import balancer_answers, ingest, sources
 from service.usecases.readings.balancer_answers import ListedAnswer, StoredAnswer
-from service.usecases.readings.ingest import Receipt
+from service.usecases.readings.ingest import Receipt, Withdrawal, Withdrawn
 from service.usecases.readings.sources import Source, StoredReading
 
 router = APIRouter(route_class=StrictRoute)
@@ -33,24 +34,35 @@ class Binding:
 
 
 @router.post("/readings", status_code=201, tags=["readings"], responses=errors(404, 409))
-async def add_readings(work: WorkDep, body: Annotated[list[Reading], Len(min_length=1)] | Reading) -> Receipt:
+async def add_readings(
+    work: WorkDep, arrival: ArrivalDep, body: Annotated[list[SentReading], Len(min_length=1)] | SentReading
+) -> Receipt:
     """Store one reading or a list, all or none; sent again, they are stored once.
+
+    A sender without a clock leaves `taken_at` out: the moment of receipt takes its place. A reading dated more than a
+    minute (a setting of the service) ahead of its receipt is stored and set apart: it counts for nothing.
 
     Amplitude and scatter in the sensor's unit and detection, phase in degrees in the machine's `phase_sense`, speed in
     r/min, times in UTC (RFC 3339).
     """
     sent = [body] if isinstance(body, Reading) else body
     if work.joined is not None:
-        return ingest.ingest(work, sent)  # in the thread of the unit of work that it joins
+        return ingest.ingest(work, sent, arrival)  # in the thread of the unit of work that it joins
     if len(sent) > ingest.FEW:
-        return await run_in_threadpool(ingest.ingest, work, sent)
-    return await ingest.ingest_few(work, sent)
+        return await run_in_threadpool(ingest.ingest, work, sent, arrival)
+    return await ingest.ingest_few(work, sent, arrival)
+
+
+@router.post("/readings/withdrawals", status_code=201, tags=["readings"], responses=errors(404))
+def withdraw_readings(work: WorkDep, request: Withdrawal) -> Withdrawn:
+    """Take wrong readings out, by number or by time: they stay stored, and count for nothing. Times in UTC."""
+    return ingest.withdraw(work, request)
 
 
 @router.post("/balancer-answers", status_code=201, tags=["readings"], responses=errors(404, 409))
-def add_answer(work: WorkDep, answer: BalancerAnswer) -> StoredAnswer:
+def add_answer(work: WorkDep, arrival: ArrivalDep, answer: BalancerAnswer) -> StoredAnswer:
     """Store the continuous correction masses a balancer computed. Masses in g, angles in degrees."""
-    return balancer_answers.ingest(work, answer)
+    return balancer_answers.ingest(work, answer, arrival)
 
 
 @router.get("/sessions/{session_id}/balancer-answers", tags=["readings"], responses=errors(404))

@@ -9,6 +9,7 @@ from service.engine.validation import check_masses
 from service.model.base import document
 from service.model.run import BalancerAnswer, MassOnRotor
 from service.runtime.context import Work, require
+from service.usecases.readings.clocks import Arrival
 from service.usecases.readings.routing import Targets, reused
 
 
@@ -42,8 +43,8 @@ class StoredAnswer:
     """False: it was stored before."""
 
 
-def ingest(work: Work, answer: BalancerAnswer) -> StoredAnswer:
-    """Store a balancer's answer once. Raises as readings do."""
+def ingest(work: Work, answer: BalancerAnswer, arrival: Arrival | None = None) -> StoredAnswer:
+    """Store a balancer's answer once. arrival: when it came; None: now. Raises as readings do."""
     with work.write() as store:
         targets = Targets(store)
         machine_id = targets.machine_of(answer.source, answer.session_id, "session_id")
@@ -64,6 +65,7 @@ def ingest(work: Work, answer: BalancerAnswer) -> StoredAnswer:
             session_id=session_id,
             taken_at=answer.taken_at,
             masses=answer.masses,
+            received_at=work.now() if arrival is None else arrival.received_at,
         )
         store.add(row)
         return StoredAnswer(id=row.id, session_id=session_id, accepted=True)

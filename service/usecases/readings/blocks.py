@@ -28,10 +28,11 @@ from service.usecases.readings.block_documents import (
     RefusedChannel,
     Samples,
 )
+from service.usecases.readings.clocks import Arrival
 from service.usecases.readings.routing import machine_behind
 
 
-def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
+def ingest_block(work: Work, raw: RawBlock, arrival: Arrival | None = None) -> BlockReceipt:
     """Measure a block and store a reading of each channel that gives one, with what else was found of it.
 
     Sent again, they are stored once.
@@ -51,7 +52,7 @@ def ingest_block(work: Work, raw: RawBlock) -> BlockReceipt:
         first = next(one for one in outcomes if isinstance(one, Refusal))
         raise _nothing(first.code, f"{first.channel.sensor}: {first.reason}")
     directions = _directions(machine, list(found.values()))
-    receipt = _store(work, raw, machine, found, directions)
+    receipt = _store(work, raw, machine, found, directions, arrival)
     return BlockReceipt(
         accepted=receipt.accepted,
         duplicates=receipt.duplicates,
@@ -84,7 +85,12 @@ def _naming(field: str, value: object) -> Iterator[None]:
 
 
 def _store(
-    work: Work, raw: RawBlock, machine: Machine, found: Mapping[int, Measured], directions: Sequence[BearingDirections]
+    work: Work,
+    raw: RawBlock,
+    machine: Machine,
+    found: Mapping[int, Measured],
+    directions: Sequence[BearingDirections],
+    arrival: Arrival | None,
 ) -> ingest.Receipt:
     """Store the readings and, beside those that are new or bare, their findings: all in one unit of work."""
     stated = [
@@ -94,7 +100,7 @@ def _store(
     bearings = {sensor.name: sensor.bearing for sensor in machine.sensors}
     at_bearing = {one.bearing: one for one in directions}
     with work.write() as store:
-        receipt = ingest.ingest(replace(work, joined=lambda: nullcontext(store)), stated)
+        receipt = ingest.ingest(replace(work, joined=lambda: nullcontext(store)), stated, arrival)
         store.add_findings(
             raw.source,
             raw.taken_at,

@@ -55,7 +55,7 @@ def retain(work: Work, days: int, stopped: Callable[[], bool] = lambda: False) -
                 until = min(first.replace(minute=0, second=0, microsecond=0) + STEP, before)
                 rows = store.readings_before(source, until)
                 rolled = rolled_up(rows)
-                store.roll_up(source, until, len(rows), rolled)
+                store.roll_up(source, until, len(rows), rolled, forget=before)
             removed, minutes = removed + len(rows), minutes + len(rolled)
     return Retained(before=before, readings=removed, minutes=minutes)
 

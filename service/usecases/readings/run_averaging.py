@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 
 import numpy as np
 
@@ -28,10 +29,15 @@ MIN_SPEED_RPM = 1e-9
 """A run states no lower speed."""
 
 
-def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunReading, ...]:
+def taken_readings(
+    store: Store, session: SessionRow, take: Take, released_at: datetime | None = None
+) -> tuple[RunReading, ...]:
     """One averaged reading per sensor.
 
-    Raises NotFound for an unknown source, Conflict for one of another machine, InvalidInput where it has no reading.
+    released_at: when the machine was released with the masses of the run on; what was received before is of others.
+
+    Raises NotFound for an unknown source, Conflict for one of another machine or readings from before the release,
+    InvalidInput where it has no reading.
     """
     source = require(store, SourceRow, take.source)
     if source.machine_id != session.machine_id:
@@ -58,8 +64,9 @@ def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunRe
     rows = [
         row
         for row in store.readings_between(take.source, session.machine_id, take.since, take.until)
-        if row.session_id in (None, session.id)
+        if row.session_id in (None, session.id) and _received_from(row, take.received_from)
     ]
+    _require_released(take, rows, released_at)
     by_sensor: dict[str, list[ReadingRow]] = defaultdict(list)
     for row in rows:
         by_sensor[row.sensor].append(row)
@@ -81,6 +88,25 @@ def taken_readings(store: Store, session: SessionRow, take: Take) -> tuple[RunRe
             advice="check the times (UTC) and that the source delivers",
         )
     return readings
+
+
+def _received_from(row: ReadingRow, first: datetime | None) -> bool:
+    return first is None or (row.received_at is not None and row.received_at >= first)
+
+
+def _require_released(take: Take, rows: Sequence[ReadingRow], released_at: datetime | None) -> None:
+    """Refuse readings that were here before the machine turned with these masses: whatever their time says."""
+    if released_at is None:
+        return
+    early = [row for row in rows if row.received_at is not None and row.received_at < released_at]
+    if early:
+        raise Conflict(
+            f"{len(early)} of these readings were received before the machine was released with these masses",
+            code="readings_before_release",
+            field="take.from",
+            value=take.since.isoformat(),
+            advice="take from readings that came after the release; set the source's clock if it is ahead",
+        )
 
 
 def _averaged(

@@ -49,6 +49,10 @@ class StoredReading:
     """Standard deviation of the 1x vector per real component, in the amplitude's unit."""
     overall_rms: float | None
     """Broadband value, rms, in the sensor's unit."""
+    received_at: datetime | None
+    """When the service received it, UTC; null: it was stored by a version that did not note that."""
+    apart: str | None
+    """Why it is in no window, mean or run: clock_ahead (dated after it was received) or withdrawn; null: it is."""
     findings: Findings | None
     """What the signal chain found beside it, where it was measured from a block of waveforms."""
 

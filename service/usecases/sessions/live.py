@@ -1,11 +1,15 @@
-"""The running session as it is seen now: the newest readings, and whether a run may be taken."""
+"""The running session as it is seen now: the newest readings, and whether a run may be taken.
+
+A reading's place in time is when it was measured by the service's clock (`clocks.measured`): that alone tells whether
+it is fresh, within the window, or from after the machine was released.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -18,6 +22,7 @@ from service.model.findings import Findings
 from service.model.machine import Machine
 from service.model.run import Take
 from service.runtime.context import Work, require
+from service.usecases.readings.clocks import TOLERANCE_S, ClockOfSource, SourceClock, measured, of_sources, shown
 
 WINDOW = timedelta(seconds=10)
 MOST_READINGS = 400
@@ -63,13 +68,19 @@ class Live:
     session_id: str
     """Session."""
     newest_at: datetime | None
-    """When the newest reading was taken, UTC; null where there is none."""
+    """When the newest reading of the window was taken as its source dates it, UTC; null where there is none."""
     since: datetime | None
-    """When the oldest reading of the window was taken, UTC: a run may be taken from here."""
+    """When the oldest reading of the window was taken as its source dates it, UTC: a run may be taken from here."""
     sensors: tuple[SensorNow, ...]
     """Sensors of the machine that have readings."""
     steady: bool
-    """A run may be taken: every sensor of the machine is steady."""
+    """Every sensor of the machine is steady."""
+    measured_at: datetime | None = None
+    """When the newest reading was measured by the service's clock, UTC; null where there is none."""
+    ready: bool = False
+    """A run may be taken: every sensor is steady, and the clocks of the sources are known."""
+    clocks: tuple[ClockOfSource, ...] = ()
+    """Clocks of the machine's sources, and of those in the window: how far they are off."""
 
 
 def look(work: Work, session_id: str, since: datetime | None = None) -> Live:
@@ -79,15 +90,48 @@ def look(work: Work, session_id: str, since: datetime | None = None) -> Live:
     """
     with work.read() as store:
         session = require(store, SessionRow, session_id)
-        sources = [row.name for row in store.sources() if row.machine_id == session.machine_id]
-        rows = store.newest_readings(session.machine_id, session.id, sources, _first(session, since), MOST_READINGS)
-        return _with_findings(store, _seen(session.id, session.machine, rows), rows)
+        now = work.now()
+        window = _window(store, session, since, now)
+        return _with_findings(store, _seen(session.id, session.machine, window, now), window)
 
 
-def _with_findings(store: Store, live: Live, rows: Sequence[ReadingRow]) -> Live:
-    """The same, with what is stored beside the newest reading of each sensor; rows: newest first."""
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """Readings of the last seconds before the newest, newest first, each with when it was measured; all the clocks."""
+
+    rows: Sequence[tuple[ReadingRow, datetime]]
+    clocks: dict[str, SourceClock]
+
+
+def _window(store: Store, session: SessionRow, since: datetime | None, now: datetime) -> _Window:
+    """What was received last, of the sources on the machine and for the session: its length bounds the work."""
+    opened = session.created_at
+    first = opened if since is None else max(opened, since)
+    bound = store.sources_on(session.machine_id)
+    rows = list(store.received_for_session(session.id, first, MOST_READINGS))
+    for source in bound:
+        # What it sent before it was mounted here is of another machine.
+        begin = max(first, source.bound_at)
+        rows += store.received_of_source(source.name, session.machine_id, begin, MOST_READINGS)
+    clocks = of_sources(store, {source.name for source in bound} | {row.source for row in rows})
+    timed = [(row, measured(row, clocks[row.source], now)) for row in rows]
+    # What came after the session was opened is of it, unless a clock that is known well says that it is older.
+    earliest = opened - timedelta(seconds=TOLERANCE_S)
+    mine = [
+        (row, at)
+        for row, at in timed
+        if (since is None or at >= since) and (at >= earliest or not clocks[row.source].steady(now))
+    ]
+    mine.sort(key=lambda one: (one[1], one[0].sequence), reverse=True)
+    newest = mine[0][1] if mine else None
+    recent = [one for one in mine[:MOST_READINGS] if newest is not None and newest - one[1] <= WINDOW]
+    return _Window(recent, clocks)
+
+
+def _with_findings(store: Store, live: Live, window: _Window) -> Live:
+    """The same, with what is stored beside the newest reading of each sensor."""
     newest: dict[str, ReadingRow] = {}
-    for row in rows:
+    for row, _ in window.rows:
         newest.setdefault(row.sensor, row)
     numbers: dict[str, list[int]] = defaultdict(list)
     for row in newest.values():
@@ -112,37 +156,34 @@ def window(work: Work, session_id: str, since: datetime | None = None) -> Take |
     """
     with work.read() as store:
         session = require(store, SessionRow, session_id)
-        sources = [row.name for row in store.sources() if row.machine_id == session.machine_id]
-        rows = store.newest_readings(session.machine_id, session.id, sources, _first(session, since), MOST_READINGS)
-        newest = max((row.taken_at for row in rows), default=None)
-        recent = [
-            row for row in rows if newest is not None and newest - row.taken_at <= WINDOW and row.source in sources
-        ]
+        bound = {source.name for source in store.sources_on(session.machine_id)}
+        recent = [row for row, _ in _window(store, session, since, work.now()).rows if row.source in bound]
         if not recent:
             return None
         source = Counter(row.source for row in recent).most_common(1)[0][0]
-        times = [row.taken_at for row in recent if row.source == source]
-        return Take(source=source, since=min(times), until=max(times))
+        mine = [row for row in recent if row.source == source]
+        times = [row.taken_at for row in mine]
+        received = min((row.received_at for row in mine if row.received_at is not None), default=None)
+        return Take(source=source, since=min(times), until=max(times), received_from=received)
 
 
-def _first(session: SessionRow, since: datetime | None) -> datetime:
-    return session.created_at if since is None else max(session.created_at, since)
-
-
-def _seen(session_id: str, machine: Machine, rows: Sequence[ReadingRow]) -> Live:
-    newest = max((row.taken_at for row in rows), default=None)
-    recent = [row for row in rows if newest is not None and newest - row.taken_at <= WINDOW]
+def _seen(session_id: str, machine: Machine, window: _Window, now: datetime) -> Live:
     by_sensor: dict[str, list[ReadingRow]] = defaultdict(list)
-    for row in sorted(recent, key=lambda one: (one.taken_at, one.sequence)):
+    for row, _ in reversed(window.rows):
         by_sensor[row.sensor].append(row)
     names = [sensor.name for sensor in machine.sensors]
     sensors = tuple(_sensor(name, by_sensor[name], machine.phase_sense) for name in names if by_sensor[name])
+    steady = len(sensors) == len(names) and all(sensor.steady for sensor in sensors)
+    within = {row.source for row, _ in window.rows}
     return Live(
         session_id=session_id,
-        newest_at=newest,
-        since=min((row.taken_at for row in recent), default=None),
+        newest_at=max((row.taken_at for row, _ in window.rows), default=None),
+        since=min((row.taken_at for row, _ in window.rows), default=None),
         sensors=sensors,
-        steady=len(sensors) == len(names) and all(sensor.steady for sensor in sensors),
+        steady=steady,
+        measured_at=window.rows[0][1] if window.rows else None,
+        ready=steady and all(window.clocks[source].steady(now) for source in within),
+        clocks=tuple(shown(source, clock, now) for source, clock in sorted(window.clocks.items())),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 
 from db.rows import PlanRow, RunRow, SessionRow
 from db.store import Store
@@ -120,10 +121,16 @@ def _readings(store: Store, session: SessionRow, request: RunRequest) -> tuple[R
             advice="state readings:[{sensor, amplitude, phase_deg}], or take:{source, from, to}",
         )
     if request.take is not None:
-        return taken_readings(store, session, request.take)
+        return taken_readings(store, session, request.take, _released_at(store, session, request))
     readings = request.readings or ()
     _check_readings(session.machine, readings)
     return readings
+
+
+def _released_at(store: Store, session: SessionRow, request: RunRequest) -> datetime | None:
+    """When the machine was last released with other masses, unless the run is of the drum as it was found."""
+    released = [row.stop.released_at for row in store.stops(session.id) if row.stop.released_at is not None]
+    return released[-1] if released and request.kind != "initial" else None
 
 
 def _check_readings(machine: Machine, readings: Sequence[RunReading]) -> None:

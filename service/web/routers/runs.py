@@ -56,6 +56,8 @@ def take_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     take = live.window(page.work, guide.session.id, guide.turning_since)
     if take is None:
         form.wrong("", N_("There is no live value. Check that the source delivers, or type the run in."))
+    elif now.steady and not now.ready:
+        form.wrong("", N_("The clock of the source is not known well enough yet. Wait ten seconds, then take the run."))
     elif not now.steady and not form.ticked("anyway"):
         form.wrong("", N_("The readings are not steady any more. Let the machine settle, then take the run."))
     fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=0.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator
-from datetime import datetime
 from typing import Any
 
 from fastapi import APIRouter, Request
@@ -27,7 +26,9 @@ INTERVAL_S = 0.5
 LONGEST_S = 3600.0
 MOST_STREAMS = 64
 FRESH_S = 4.0
-"""A reading older than this is stale: a source delivers each second or faster."""
+"""A reading measured longer ago, by the service's clock, is stale: a source delivers each second or faster."""
+UNKNOWN = "clock_unknown"
+"""Nothing to say of a source that has sent nothing yet."""
 
 
 @router.get("/stream")
@@ -51,11 +52,9 @@ async def follow_page(request: Request, page: LongPageDep, session_id: Key) -> S
 async def _events(request: Request, page: Page, session_id: str) -> AsyncIterator[str]:
     state = request.app.state
     state.page_streams = getattr(state, "page_streams", 0) + 1
-    age = _Age()
     try:
         for _ in range(int(LONGEST_S / INTERVAL_S)):
             found = await run_in_threadpool(_now, page, session_id)
-            found["stale"] = age.of(found.pop("newest_at"), page.work.now(), page.work.monotonic()) > FRESH_S
             yield f"event: now\ndata: {json.dumps(found)}\n\n"
             await asyncio.sleep(INTERVAL_S)
             if state.ending() or await request.is_disconnected():
@@ -64,33 +63,15 @@ async def _events(request: Request, page: Page, session_id: str) -> AsyncIterato
         state.page_streams -= 1
 
 
-class _Age:
-    """How long ago the newest reading came, by the server's own stop-watch once it has seen one arrive.
-
-    A source's clock may be off: that makes the first look too old or too new, never a reading that is seen to arrive.
-    """
-
-    def __init__(self) -> None:
-        self._newest: datetime | None = None
-        self._seen_at: float | None = None
-
-    def of(self, newest: datetime | None, now: datetime, monotonic: float) -> float:
-        if newest is None:
-            return float("inf")
-        if self._newest is not None and newest != self._newest:
-            self._seen_at = monotonic
-        self._newest = newest
-        return (now - newest).total_seconds() if self._seen_at is None else monotonic - self._seen_at
-
-
 def _now(page: Page, session_id: str) -> dict[str, Any]:
     guide = look(page.work, session_id)
     now = live.look(page.work, session_id, guide.turning_since)
     fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=None)
     return {
         "stamp": guide.stamp,
-        "newest_at": now.newest_at,
-        "steady": now.steady,
+        "stale": now.measured_at is None or (page.work.now() - now.measured_at).total_seconds() > FRESH_S,
+        "steady": now.ready,
+        "clocks": [page.words(clock.message) for clock in now.clocks if clock.message and clock.code != UNKNOWN],
         "speed": page.display.measured_speed(fastest),
         "too_fast": fastest is not None and fastest > highest_speed(guide.session.machine),
         "sensors": [_sensor(page, guide, one) for one in now.sensors],

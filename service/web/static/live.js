@@ -37,6 +37,9 @@ function show(panel, now) {
   for (const sensor of now.sensors) showSensor(panel, sensor);
   panel.querySelector("[data-speed]").textContent = now.speed;
   panel.querySelector(".fast").hidden = !now.too_fast || now.stale;
+  const clocks = panel.querySelector("[data-clocks]");
+  clocks.textContent = now.clocks.join(" ");
+  clocks.hidden = !now.clocks.length;
   if (now.stale) { stale(panel, now.sensors.length ? panel.dataset.staleText : panel.dataset.noneText); return; }
   panel.classList.remove("stale");
   mark(panel.querySelector(".steadiness"), now.steady);

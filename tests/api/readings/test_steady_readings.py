@@ -19,7 +19,7 @@ from service.usecases.sessions.log_import import import_one, read_whole_log
 from tests.support.http.workshop import Workshop, work_over
 from tests.support.storage.engines import Engine
 
-NOON = datetime(2026, 3, 1, 12, tzinfo=UTC)
+NOON = datetime(2020, 3, 1, 12, tzinfo=UTC)
 SIZES = st.floats(1e-9, 1e9, allow_nan=False) | st.floats(0.01, 20.0).map(lambda value: round(value, 2)) | st.just(0.0)
 PHASES = st.none() | st.floats(-360.0, 360.0) | st.integers(-360, 360).map(float)
 STEPS = st.sampled_from([0.0, 0.01, 0.0078125, 0.1, 1.0])

@@ -80,7 +80,7 @@ class TestOrder:
         run = shop.get(f"/sessions/{session}")["runs"][0]["id"]
         closed = shop.ask("PATCH", f"/sessions/{session}", {"state": "closed"})
         assert closed["closed_at"] is not None
-        arrival = {"source": "bridge", "sequence": 1, "taken_at": "2026-03-01T12:00:00Z", "session_id": session}
+        arrival = {"source": "bridge", "sequence": 1, "taken_at": "2025-12-01T12:00:00Z", "session_id": session}
         for method, path, body in (
             ("POST", f"/sessions/{session}/runs", {"kind": "initial", "readings": READINGS}),
             ("PATCH", f"/sessions/{session}/runs/{run}", {"excluded": True, "reason": "typo"}),

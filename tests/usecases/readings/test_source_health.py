@@ -14,7 +14,7 @@ from tests.support.http.workshop import Workshop
 def heard(shop: Workshop, source: str, entries: list[tuple[int, float]]) -> SourceHealth:
     """Health of a source after readings of these numbers, so many seconds after a first moment."""
     shop.ask("PUT", f"/sources/{source}", {"machine_id": shop.machine()})
-    begin = datetime.fromisoformat("2026-03-01T08:00:00+00:00")
+    begin = datetime.fromisoformat("2025-12-01T08:00:00+00:00")
     readings: list[dict[str, Any]] = [
         {
             "source": source,
@@ -33,7 +33,7 @@ def heard(shop: Workshop, source: str, entries: list[tuple[int, float]]) -> Sour
 def test_a_steady_source_has_its_rate_and_misses_nothing(shared_shop: Workshop) -> None:
     found = heard(shared_shop, "steady", [(n, 0.5 * n) for n in range(21)])
     assert (found.looked_at, found.missing, found.rate_hz, found.longest_gap_s) == (21, 0, 2.0, 0.5)
-    assert found.newest_at == datetime.fromisoformat("2026-03-01T08:00:10+00:00")
+    assert found.newest_at == datetime.fromisoformat("2025-12-01T08:00:10+00:00")
 
 
 def test_numbers_left_out_are_missing_and_a_silence_is_measured(shared_shop: Workshop) -> None:
@@ -43,7 +43,7 @@ def test_numbers_left_out_are_missing_and_a_silence_is_measured(shared_shop: Wor
 
 def test_an_answer_of_a_balancer_takes_a_number_too(shared_shop: Workshop) -> None:
     heard(shared_shop, "balancer", [(1, 0.0), (3, 1.0)])
-    answer = {"source": "balancer", "sequence": 2, "taken_at": "2026-03-01T08:00:02Z"}
+    answer = {"source": "balancer", "sequence": 2, "taken_at": "2025-12-01T08:00:02Z"}
     masses = [{"plane": "1", "mass_g": 10.0, "angle_deg": 0.0}]
     shared_shop.post("/balancer-answers", {**answer, "masses": masses})
     found = next(one for one in health(shared_shop.work) if one.name == "balancer")
