@@ -92,7 +92,8 @@ class SpoolUnusable(SpoolError, OSError):
 class SignalRefused(DriverError, ValueError):
     """A waveform that gives no honest reading: too few turns, edges that no repair explains, a speed that runs away.
 
-    code: `too_short`, `tacho`, `speed`, `sampling`, `clipped`, `dropout` or `numbers`, the same in every version.
+    code: `too_short`, `tacho`, `speed`, `pulses`, `sampling`, `clipped`, `dropout` or `numbers`, the same in every
+    version.
     """
 
     def __init__(self, message: str, *, code: str) -> None:

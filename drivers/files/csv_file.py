@@ -1,107 +1,133 @@
-"""Waveforms in a CSV file: a line of names, then a line of numbers for each moment.
+"""Waveforms in a text file: a line of names, then a line of numbers for each moment, as loggers and tables write them.
 
-Separated by comma, semicolon or tab; with the latter two a comma may be the decimal point. Lines that are empty or
-begin with # are passed over. An empty cell, or nan, is a lost sample.
+See `text_table` for what is passed over. An empty cell, or nan, is a lost sample. Where the separator is no comma, a
+comma may be the decimal point.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from array import array
-from collections.abc import Iterator
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from drivers.errors import UnreadableFile
-from drivers.files.recording import Recording, read_bytes
+from drivers.files.recording import Recording, Stated, read_bytes
+from drivers.files.text_table import Table, decoded, find_table
+from drivers.files.time_grid import on_grid, seconds_of
 from drivers.signal.block import Floats
+from drivers.units import level_of
 
-OFF_TIME = 0.5
-"""Share of a sample by which a written time may differ from the even grid: rounded times do."""
-MOST_FILLED = 0.2
-"""Share of moments that may be lacking."""
+LEAST_BEFORE_CUT = 10
+"""Rows that must be in order before a last one that is not is taken to be cut off."""
+LOST = frozenset(("", "nan", "-", "--", "null", "none", "n/a", "na"))
 
 
-def read_csv(path: Path, *, time: str | None = None, sample_rate_hz: float | None = None) -> Recording:
-    """Read a file; time: the column of seconds, from which the rate is taken and gaps are seen.
+def read_csv(
+    path: Path,
+    wanted: Sequence[str] = (),
+    *,
+    time: str | None = None,
+    sample_rate_hz: float | None = None,
+    time_unit: str | None = None,
+    encoding: str | None = None,
+) -> Recording:
+    """Read a file; time: the column of times, from which the rate is taken and gaps are seen.
 
-    Raises `UnreadableFile`, with the line, for what breaks the format, a time that is not even, or a rate that neither
+    wanted: the columns that are read, besides; none: all. time_unit: s, ms, us or ns; None: as the file says, else
+    seconds, unless no machine could be sampled so slowly. encoding: of the text; None: as it looks.
+
+    Raises `UnreadableFile`, with the line, for what breaks the format, times that are not even, or a rate that neither
     the file nor the caller states.
     """
     name = str(path)
-    try:
-        text = read_bytes(path).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise UnreadableFile(f"is not text in UTF-8 (byte {error.start}): export it as CSV", path=name) from error
-    lines = _lines(text)
-    header_line, header = next(lines, (0, ""))
-    separator = max(",;\t", key=header.count)
-    titles = [title.strip().strip('"').strip() for title in header.split(separator)]
-    if "" in titles or len(set(titles)) < len(titles):
-        raise UnreadableFile(f"has names {titles}: give each column one name", path=name, line=header_line or None)
-    numbers = array("d")  # a list of numbers would take four times the room
-    for number, line in lines:
-        numbers.extend(_numbers(line, number, separator, len(titles), name))
-    rows = np.array(numbers, float).reshape(-1, len(titles))
-    if len(rows) < 2:
-        raise UnreadableFile(f"has {len(rows)} lines of numbers: record for longer", path=name)
-    columns = dict(zip(titles, rows.T, strict=True))
+    text = decoded(read_bytes(path), encoding, name)
+    asked = list(dict.fromkeys([*([] if time is None else [time]), *wanted])) if wanted else []
+    table = find_table(text, asked, name)
+    if time is not None and time not in table.places:
+        known = ", ".join(table.titles[:12])
+        raise UnreadableFile(f"has no column {time!r}: its columns are {known}", path=name)
+    return read_table(table, name, time=time, sample_rate_hz=sample_rate_hz, time_unit=time_unit, whole=not wanted)
+
+
+def read_table(
+    table: Table, name: str, *, time: str | None, sample_rate_hz: float | None, time_unit: str | None, whole: bool
+) -> Recording:
+    """The columns of a table, see `read_csv`; whole: no row may have cells that no name has."""
+    columns, times, notes = _columns(table, name, time, whole=whole)
+    count = len(next(iter(columns.values()), times))
+    if count < 2:
+        raise UnreadableFile(f"has {count} lines of numbers: record for longer", path=name)
+    stated: Stated = {title: (None, unit) for title in columns if (unit := _unit_of(table, title)) is not None}
     if time is None:
         if sample_rate_hz is None:
             raise UnreadableFile("does not state its sample rate: name the column of time, or the rate", path=name)
-        return Recording(name, sample_rate_hz, columns)
-    seconds = Recording(name, 1.0, columns).column(time)
-    return _on_grid(name, seconds, {title: values for title, values in columns.items() if title != time})
+        return Recording(name, sample_rate_hz, columns, stated, notes=tuple(notes))
+    title = table.titles[table.places[time]]
+    cell = table.units[table.places[time]] if table.places[time] < len(table.units) else ""
+    seconds, more = seconds_of(times, title, cell, time_unit)
+    rate, spread, rounded = on_grid(name, seconds, columns)
+    return Recording(name, rate, spread, stated, notes=(*notes, *more, *rounded))
 
 
-def _lines(text: str) -> Iterator[tuple[int, str]]:
-    for number, line in enumerate(text.split("\n"), start=1):
-        stripped = line.strip(" \r")
-        if stripped.strip() and not stripped.startswith("#"):
-            yield number, stripped
+def _columns(
+    table: Table, path: str, time: str | None, *, whole: bool
+) -> tuple[dict[str, Floats], list[str] | Floats, list[str]]:
+    """Values of each wanted column, the cells of the time, and notes."""
+    places = {title: place for title, place in table.places.items() if title != time}
+    most = max(table.places.values(), default=0)
+    values = {title: array("d") for title in places}  # a list of numbers would take four times the room
+    times: list[str] = []
+    comma = table.separator != ","
+    cut: UnreadableFile | None = None
+    for number, cells in table.rows():
+        if cut is not None:
+            raise cut
+        try:
+            if len(cells) <= most or (whole and len(cells) != len(table.titles)):
+                raise UnreadableFile(
+                    f"has {len(cells)} cells where {len(table.titles)} columns are named", path=path, line=number
+                )
+            row = [_number(cells[place], number, path, comma=comma) for place in places.values()]
+        except UnreadableFile as error:
+            cut = error
+            continue
+        for one, value in zip(values.values(), row, strict=True):
+            one.append(value)
+        if time is not None:
+            times.append(cells[table.places[time]])
+    notes = []
+    if cut is not None:
+        if len(next(iter(values.values()), times)) < LEAST_BEFORE_CUT:
+            raise cut
+        notes.append(f"its last line ({cut.line}) is cut off and passed over")
+    return {title: np.array(one, float) for title, one in values.items()}, times, notes
 
 
-def _numbers(line: str, number: int, separator: str, count: int, path: str) -> list[float]:
-    cells = line.split(separator)
-    if len(cells) != count:
-        raise UnreadableFile(f"has {len(cells)} cells where {count} columns are named", path=path, line=number)
-    return [_number(cell.strip(), number, separator, path) for cell in cells]
-
-
-def _number(cell: str, line: int, separator: str, path: str) -> float:
-    if not cell:
-        return np.nan
+def _number(cell: str, line: int, path: str, *, comma: bool) -> float:
+    if cell.casefold() in LOST:
+        return math.nan
+    text = cell.replace(",", ".") if comma else cell
+    if text[:1] in "+-":
+        text = text[0] + text[1:].lstrip()
     try:
-        value = float(cell if separator == "," else cell.replace(",", "."))
+        value = float(text)
     except ValueError:
-        value = np.inf
-    if np.isinf(value) or "_" in cell:
+        try:
+            value = float(re.sub("[dD]", "e", text))  # as Fortran writes it
+        except ValueError:
+            value = math.inf
+    if math.isinf(value) or "_" in cell:
         raise UnreadableFile(f"has {cell[:40]!r} where a finite number must be", path=path, line=line)
     return value
 
 
-def _on_grid(path: str, seconds: Floats, columns: dict[str, Floats]) -> Recording:
-    """Put the rows on an even grid of time; moments that are lacking become NaN."""
-    steps = np.diff(seconds)
-    if not (np.isfinite(seconds).all() and (steps > 0.0).all()):
-        bad = int(np.argmin(np.append(np.isfinite(seconds[1:]) & (steps > 0.0), False)))
-        raise UnreadableFile(
-            f"row {bad + 2} has the time {seconds[bad + 1]}, not after the row before: sort the rows", path=path
-        )
-    whole = np.round(steps / np.median(steps))
-    places = np.concatenate([[0.0], np.cumsum(whole)])
-    count = places[-1] + 1.0
-    step = (seconds[-1] - seconds[0]) / max(places[-1], 1.0)
-    off = np.abs(seconds - seconds[0] - places * step).max() / step
-    if whole.min() < 1.0 or off > OFF_TIME or count > len(seconds) * (1.0 + MOST_FILLED):
-        raise UnreadableFile(
-            f"its times are not even: off by up to {off:.2g} samples, {len(seconds)} rows for {count:.0f} moments; "
-            "record at a constant rate",
-            path=path,
-        )
-    index = places.astype(np.intp)
-    spread = {}
-    for name, values in columns.items():
-        spread[name] = np.full(int(count), np.nan)
-        spread[name][index] = values
-    return Recording(path, float(1.0 / step), spread)
+def _unit_of(table: Table, title: str) -> str | None:
+    """The unit of a column by the row of units, or in brackets behind its name, if it is one of vibration."""
+    place = table.places[title]
+    in_brackets = re.search(r"[(\[{]([^)\]}]*)[)\]}]\s*$", table.titles[place])
+    cell = table.units[place] if place < len(table.units) else ""
+    return level_of(in_brackets.group(1) if in_brackets else cell.strip("()[]{}"))[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, timedelta
 from pathlib import Path
 
@@ -9,27 +10,50 @@ from drivers.block_driver import BlockDriver, TimedBlock
 from drivers.checks import require
 from drivers.errors import UnreadableFile
 from drivers.files.csv_file import read_csv
-from drivers.files.recording import Layout, Recording, whole_block
-from drivers.files.uff_file import SAME_RATE, read_uff
+from drivers.files.labview_file import read_lvm, read_tdms
+from drivers.files.recording import SAME_RATE, Layout, Recording, whole_block
+from drivers.files.uff_file import read_uff
 from drivers.files.wav_file import read_wav
 from drivers.signal.block import Block
 from drivers.signal.chain import Settings
 
+SUFFIXES = {
+    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat", ".asc"), "text"),
+    ".lvm": "lvm",
+    ".tdms": "tdms",
+    **dict.fromkeys((".wav", ".wave", ".rf64", ".w64"), "wav"),
+    **dict.fromkeys((".uff", ".unv", ".ufb", ".uf", ".bunv", ".58"), "uff"),
+}
+"""Kinds of files by suffix."""
+
 
 def read_recording(path: Path, layout: Layout) -> Recording:
-    """Read a file by its suffix: .csv .txt .wav .uff .unv. Raises `UnreadableFile`."""
-    suffix = path.suffix.lower()
-    if suffix in (".csv", ".txt"):
-        return read_csv(path, time=layout.time, sample_rate_hz=layout.sample_rate_hz)
-    if suffix == ".wav":
+    """Read what a layout names of a file, by its suffix: see `SUFFIXES`. Raises `UnreadableFile`."""
+    kind = SUFFIXES.get(path.suffix.lower())
+    wanted = layout.wanted()
+    if kind == "text":
+        return read_csv(
+            path,
+            wanted,
+            time=layout.time,
+            sample_rate_hz=layout.sample_rate_hz,
+            time_unit=layout.time_unit,
+            encoding=layout.encoding,
+        )
+    if kind == "lvm":
+        return _at_rate(read_lvm(path, wanted, time=layout.time), layout)
+    if kind == "tdms":
+        return _at_rate(read_tdms(path, wanted), layout)
+    if kind == "wav":
         return _at_rate(read_wav(path), layout)
-    if suffix in (".uff", ".unv"):
-        return _at_rate(read_uff(path), layout)
-    raise UnreadableFile(f"has the suffix {suffix!r}: use .csv, .txt, .wav, .uff or .unv", path=str(path))
+    if kind == "uff":
+        return _at_rate(read_uff(path, wanted), layout)
+    known = ", ".join(SUFFIXES)
+    raise UnreadableFile(f"has the suffix {path.suffix.lower()!r}: use one of {known}", path=str(path))
 
 
 def _at_rate(recording: Recording, layout: Layout) -> Recording:
-    stated, own = layout.sample_rate_hz, recording.sample_rate_hz
+    stated, own = layout.sample_rate_hz, recording.rate_of(layout.channels[0][0])
     if stated is not None and abs(stated - own) > SAME_RATE * own:
         raise UnreadableFile(
             f"is sampled at {own:.9g} Hz, the layout says sample_rate_hz {stated:.9g}: leave it out of the layout",
@@ -57,16 +81,23 @@ class WaveformFile(BlockDriver):
         sequence_start: int = 1,
         session_id: str | None = None,
     ) -> None:
+        settings = settings or Settings()
+        if layout.pulses_per_turn is not None:
+            settings = replace(settings, one_pulse=True)  # the edges are one a turn then
         super().__init__(source, settings=settings, sequence_start=sequence_start, session_id=session_id)
         require(0.0 < block_s <= 3600.0, f"block_s {block_s}", "be above 0 and at most 3600")
         self.path = path
         self.layout = layout
         self._block_s = block_s
+        self.notes: tuple[str, ...] = ()
+        """What the user should know of how the file was read."""
         self._whole: Block | None = None
         self._at = 0
 
     def _connect(self) -> None:
-        self._whole = whole_block(read_recording(self.path, self.layout), self.layout)
+        recording = read_recording(self.path, self.layout)
+        self.notes = recording.notes
+        self._whole = whole_block(recording, self.layout)
 
     def _disconnect(self) -> None:
         self._whole = None

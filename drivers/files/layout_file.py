@@ -6,11 +6,12 @@
     block_s = 4.0                           # a reading of each sensor for so many seconds
 
     [[channel]]
-    column = "P"                            # WAV: "1", "2" ...; universal file: node and direction, as "12+Z"
+    column = "P"                            # WAV: "1", "2" ...; universal file: "12+Z", its text, or "#3"
     sensor = "P"                            # as the machine calls it; its quantity, unit and detection follow
     raw_unit = "m/s2"                       # of the samples, and raw_quantity, full_scale
 
-Besides: slope, threshold, hysteresis of the key-phasor; phase_sense, window, harmonics, band_hz, accept_clipped,
+Besides: time_unit (s, ms, us, ns) and encoding of a text, where it does not tell; pulses_per_turn, slope, threshold,
+hysteresis of the key-phasor; phase_sense, window, harmonics, band_hz, accept_clipped,
 nominal_rpm of the measurement (see `drivers.signal.chain.Settings`).
 """
 
@@ -37,6 +38,9 @@ _LAYOUT: dict[str, type | tuple[type, ...]] = {
     "slope": str,
     "threshold": (int, float),
     "hysteresis": (int, float),
+    "time_unit": str,
+    "encoding": str,
+    "pulses_per_turn": int,
 }
 _SETTINGS: dict[str, type | tuple[type, ...]] = {
     "phase_sense": str,

@@ -24,11 +24,12 @@ from drivers.signal.broadband import band_rms, usual_band
 from drivers.signal.integrity import bridged, integrity_of
 from drivers.signal.neighbours import Neighbour, neighbour_of
 from drivers.signal.orders import Complexes, Course, basis_of, fit_orders, turned
+from drivers.signal.pulses import pulses_seen
 from drivers.signal.revolutions import Turns, turns_of
 from drivers.signal.scatter import scatter_of
 from drivers.signal.windows import COSINES, Window, half_width, taper
 
-Flag = Literal["clipped", "dropout", "edges_repaired", "neighbour_tone", "beating"]
+Flag = Literal["clipped", "dropout", "edges_repaired", "neighbour_tone", "beating", "speed_off"]
 DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
 MOST_LOST = 0.1
 """Share of samples that may be lost."""
@@ -49,6 +50,9 @@ class Settings:
     harmonics: orders 1 to this are fitted and reported, fewer where the sample rate allows fewer. band_hz: band of the
     overall rms; None: that of the standards (see `broadband`). accept_clipped: measure a clipped channel all the same,
     with its flag. nominal_rpm: refuse a speed that is off by more than a quarter (two marks, a missing one); None: any.
+    machine_rpm: speed of service; one that is off by more than a quarter is flagged. one_pulse: the key-phasor is known
+    to give one pulse a turn; else, where no speed vouches for that, a vibration that turns once in several pulses
+    refuses the channel.
     """
 
     phase_sense: Literal["lag", "lead"] = "lag"
@@ -57,6 +61,8 @@ class Settings:
     band_hz: tuple[float, float] | None = None
     accept_clipped: bool = False
     nominal_rpm: float | None = None
+    machine_rpm: float | None = None
+    one_pulse: bool = False
 
     def __post_init__(self) -> None:
         require(self.phase_sense in ("lag", "lead"), f"phase_sense {self.phase_sense!r}", "be lag or lead")
@@ -67,8 +73,9 @@ class Settings:
             require(
                 0.0 < low < high < math.inf, f"band_hz {self.band_hz}", "be two frequencies above 0, the lower first"
             )
-        if self.nominal_rpm is not None:
-            require(0.0 < self.nominal_rpm < math.inf, f"nominal_rpm {self.nominal_rpm}", "be a number above 0")
+        for name in ("nominal_rpm", "machine_rpm"):
+            speed = getattr(self, name)
+            require(speed is None or 0.0 < speed < math.inf, f"{name} {speed}", "be a number above 0")
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +98,7 @@ class Measured:
     component, None where too few turns leave no degree of freedom. neighbour: order and amplitude (in the unit and
     detection) of the strongest tone within half an order of 1x. Flags: `clipped`; `dropout`: samples were lost and left
     out; `edges_repaired`; `neighbour_tone`: one of at least a tenth of the 1x amplitude, kept out by the taper;
-    `beating`: one too close to be kept out: measure for longer.
+    `beating`: one too close to be kept out: measure for longer; `speed_off`: the speed is not the machine's.
     """
 
     channel: Channel
@@ -191,12 +198,16 @@ def _check_speed(turns: Turns, settings: Settings) -> None:
             code="speed",
         )
     nominal = settings.nominal_rpm
-    if nominal is not None and not 0.75 * nominal <= float(np.median(speeds)) <= 1.25 * nominal:
+    if nominal is not None and not _near(float(np.median(speeds)), nominal):
         raise SignalRefused(
             f"the key-phasor says {float(np.median(speeds)):.4g} r/min where {nominal:.4g} was named: one mark to a "
             "turn? right speed?",
             code="speed",
         )
+
+
+def _near(speed_rpm: float, nominal_rpm: float) -> bool:
+    return 0.75 * nominal_rpm <= speed_rpm <= 1.25 * nominal_rpm
 
 
 def _measure(channel: Channel, samples: Floats, rate: float, grid: _Grid, settings: Settings) -> Measured:
@@ -213,6 +224,7 @@ def _measure(channel: Channel, samples: Floats, rate: float, grid: _Grid, settin
     vectors = turned(fitted, power) * PER_PEAK[channel.detection]
     speed_rpm = dot(weights, grid.course.speed) / float(weights.sum()) * 60.0 / math.tau
     rest = np.where(state.lost, 0.0, values - np.einsum("k,kn->n", coefficients, grid.basis))
+    _check_pulses(grid.course, rest, float(abs(fitted[0])), speed_rpm, settings)
     tone, beside = _without_neighbour(values, rest, weights, grid, settings)
     deviation = scatter_of(grid.course, grid.basis, beside, weights)
     neighbour = _stated(tone, power, PER_PEAK[channel.detection])
@@ -227,8 +239,24 @@ def _measure(channel: Channel, samples: Floats, rate: float, grid: _Grid, settin
         overall_rms=overall,
         turns=grid.course.turns,
         neighbour=neighbour,
-        flags=_flags(state.clipped > 0, bool(state.lost.any()), neighbour, abs(vectors[0]), grid, settings),
+        flags=_flags(state.clipped > 0, bool(state.lost.any()), neighbour, abs(vectors[0]), grid, settings)
+        + (("speed_off",) if settings.machine_rpm and not _near(speed_rpm, settings.machine_rpm) else ()),
     )
+
+
+def _check_pulses(course: Course, rest: Floats, one_x: float, speed_rpm: float, settings: Settings) -> None:
+    """Refuse a channel that turns once in several pulses, unless a speed or the user vouches for one a turn."""
+    speeds = (settings.nominal_rpm, settings.machine_rpm)
+    if settings.one_pulse or any(speed is not None and _near(speed_rpm, speed) for speed in speeds):
+        return
+    pulses = pulses_seen(course, rest, one_x)
+    if pulses is not None:
+        raise SignalRefused(
+            f"the vibration turns once in {pulses} pulses of the key-phasor, at {speed_rpm / pulses:.4g} r/min and not "
+            f"{speed_rpm:.4g}: state pulses_per_turn = {pulses}, or use one mark a turn; if it is right, state "
+            "pulses_per_turn = 1, or the nominal speed",
+            code="pulses",
+        )
 
 
 def _check_samples(clipped: int, lost: float, settings: Settings) -> None:

@@ -61,12 +61,12 @@ class Turns:
         return angle, speed
 
 
-def turns_of(edges_s: Floats) -> Turns:
+def turns_of(edges_s: Floats, *, most: int | None = MOST_EDGES) -> Turns:
     """Count the turns of edges (m,), s, one to a turn.
 
     An edge that is missing is counted over, one that comes between two turns or out of place is left out.
     Raises `InvalidSetting` for times that are not finite or do not increase, and `SignalRefused` (`too_short`: fewer
-    than 4 turns; `tacho`: more than 20,000 edges, or more than a tenth of them or more than 3 in a row to be
+    than 4 turns; `tacho`: more than `most` edges, or more than a tenth of them or more than 3 in a row to be
     repaired).
     """
     require(edges_s.ndim == 1, f"shape {edges_s.shape} of edges", "be (m,)")
@@ -79,9 +79,9 @@ def turns_of(edges_s: Floats) -> Turns:
             "check the key-phasor",
             code="too_short",
         )
-    if len(edges_s) > MOST_EDGES:
+    if most is not None and len(edges_s) > most:
         raise SignalRefused(
-            f"{len(edges_s)} key-phasor edges in a block; {MOST_EDGES} are the most: take shorter blocks, or raise the "
+            f"{len(edges_s)} key-phasor edges in a block; {most} are the most: take shorter blocks, or raise the "
             "hysteresis if it sees noise",
             code="tacho",
         )
@@ -95,6 +95,17 @@ def turns_of(edges_s: Floats) -> Turns:
     turns = Turns(edges_s[index], numbers - numbers[0], int(missing.sum()), len(edges_s) - len(index))
     _judge(turns, int(missing.max(initial=0)))
     return turns
+
+
+def one_a_turn(edges_s: Floats, pulses: int, *, before: int = 0) -> Floats:
+    """Every `pulses`-th edge of edges (m,), s, counted over those that were missed.
+
+    before: pulses that came before the first edge. The phase counts from the first pulse of all: which of several equal
+    marks that was, nothing tells.
+    Raises as `turns_of`.
+    """
+    turns = turns_of(edges_s, most=None)
+    return np.asarray(turns.times[(turns.numbers + before) % pulses == 0.0], float)
 
 
 def _walk(edges: Floats, start: int, period: float) -> tuple[list[int], list[int]]:

@@ -8,7 +8,7 @@ from annotated_types import Ge, Le, Len
 
 from service.model.base import AngleDeg, Name, document
 
-Flag = Literal["clipped", "dropout", "edges_repaired", "neighbour_tone", "beating"]
+Flag = Literal["clipped", "dropout", "edges_repaired", "neighbour_tone", "beating", "speed_off"]
 Doubt = Literal["one_x_not_dominant", "h_to_v_beyond_3", "h_to_v_not_90_deg", "axial_above_radial"]
 
 Size = Annotated[float, Ge(0)]

@@ -123,6 +123,8 @@ def tell_of(driver: Driver) -> None:
         lines = driver.told()
     elif isinstance(driver, CanDriver) and counted(driver.decoder.counts):
         lines = [f"frames without a reading, of {driver.decoder.frames}:", *table(driver.decoder.counts)]
+    elif isinstance(driver, WaveformFile):
+        lines = [f"{driver.path}: {note}" for note in driver.notes]
     for line in lines:
         print(line, flush=True)
 

@@ -124,7 +124,7 @@ def _findings(one: Measured, directions: BearingDirections | None) -> Findings:
 
 
 def _nothing(code: str, reason: str) -> InvalidInput:
-    field = "edges_s" if code in ("too_short", "tacho", "speed") else "channels"
+    field = "edges_s" if code in ("too_short", "tacho", "speed", "pulses") else "channels"
     return InvalidInput(
         reason, code=f"signal_{code}", field=field, advice="put right what the message names, and measure again"
     )
@@ -206,6 +206,7 @@ def _settings(raw: RawBlock, machine: Machine) -> Settings:
         band_hz=raw.band_hz,
         accept_clipped=raw.accept_clipped,
         nominal_rpm=raw.nominal_rpm,
+        machine_rpm=machine.service_speed_rpm,
     )
 
 

@@ -116,3 +116,12 @@ def test_minimax_is_a_method_of_its_own() -> None:
     least, greatest = analyse(runs), analyse(runs, method="minimax")
     assert np.abs(greatest.correction.predicted.vibration).max() < np.abs(least.correction.predicted.vibration).max()
     np.testing.assert_allclose(least.correction.masses, least_squares(least.fit).masses)
+
+
+@pytest.mark.parametrize(("measured_rpm", "warned"), [(1200.0, True), (1480.0, False), (1600.0, True)])
+def test_one_measured_speed_that_is_not_the_nominal_one_is_warned_of(measured_rpm: float, warned: bool) -> None:
+    vibration = np.array([[5.0 + 1.0j], [4.0 + 2.0j]])
+    runs = RunSet(np.array([[0.0j], [12.0 + 0.0j]]), vibration, np.full((2, 1), 0.05))
+    known = Circumstances(speed_rpm=np.array([[np.nan], [measured_rpm]]), nominal_rpm=np.array([1500.0]))
+    codes = [finding.code for finding in analyse(runs, circumstances=known).findings]
+    assert ("speed_off_nominal" in codes) == warned

@@ -31,6 +31,7 @@ Code = Literal[
     "sensor_silent",
     "sensor_stuck",
     "speed_drift",
+    "speed_off_nominal",
     "trial_mass_large",
     "trial_response_small",
 ]

@@ -16,6 +16,8 @@ _SMALL = 0.2
 # Standard deviation of the phase, in radians, above which it is unsteady.
 _UNSTEADY = 0.2
 _SPEED_DRIFT = 0.02
+# Share by which a run's speed may be off the nominal one that its coefficients are used at.
+_SPEED_OFF = 0.05
 # Share of the broadband value that 1x must have: below it, more than half the energy is not unbalance.
 _SHARE_OF_1X = 0.7
 # CSI 2140 manual, page 250: 1x horizontal to vertical within 3 : 1, a quarter turn apart within 30 degrees.
@@ -28,7 +30,7 @@ def examine(runs: RunSet, fit: InfluenceFit, known: Circumstances) -> list[Findi
     amplitude = np.abs(runs.vibration)
     found = _dead(runs, fit, amplitude) + _unsteady(runs, amplitude)
     if known.speed_rpm is not None:
-        found += _speed_drift(runs, known)
+        found += _speed_drift(runs, known) or _speed_off_nominal(runs, known)
     if known.overall is not None:
         found += _not_1x(runs, known, amplitude)
     if any(known.direction):
@@ -112,6 +114,27 @@ def _speed_drift(runs: RunSet, known: Circumstances) -> list[Finding]:
             "warning",
             f"the speed of {listed(runs.labels.run(k) for k in bad)} is off by {np.abs(off).max():.1%}",
             "Repeat at the same speed: coefficients hold for one speed only, least of all near a resonance.",
+            runs=tuple(bad),
+        )
+    ]
+
+
+def _speed_off_nominal(runs: RunSet, known: Circumstances) -> list[Finding]:
+    """Runs whose measured speed is not the nominal one, though they agree, or one alone was measured."""
+    if known.nominal_rpm is None or known.speed_rpm is None:
+        return []
+    off = np.abs(known.speed_rpm / known.nominal_rpm - 1.0)
+    worst = np.where(np.isfinite(off), off, 0.0).max(axis=1)
+    bad = [int(k) for k in np.flatnonzero(worst > _SPEED_OFF)]
+    if not bad:
+        return []
+    return [
+        Finding(
+            "speed_off_nominal",
+            "warning",
+            f"the measured speed of {listed(runs.labels.run(k) for k in bad)} is off the nominal one by "
+            f"{worst.max():.1%}",
+            "Run at the nominal speed, or state the speed that was run at: coefficients hold for one speed only.",
             runs=tuple(bad),
         )
     ]
