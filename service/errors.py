@@ -86,6 +86,13 @@ class PreconditionFailed(DrumtrueError):
     code = "version_unknown"
 
 
+class Abandoned(DrumtrueError):
+    """A computation that was ended because who asked for it hung up; nobody reads this answer."""
+
+    status = 408
+    code = "request_abandoned"
+
+
 class Stale(DrumtrueError):
     """A change made on a version that is not the present one. current: the document as it is now."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request
@@ -9,6 +10,7 @@ from fastapi import Depends, Header, Path, Query, Request
 from service.api.problems import Problem
 from service.model.base import Moment
 from service.runtime.context import Work
+from service.runtime.presence import Presence
 from service.usecases.access.tokens import Principal
 from service.usecases.readings.clocks import Arrival
 
@@ -18,7 +20,7 @@ async def _work(request: Request) -> Work:
     """What the use cases need, acting for who asks."""
     work: Work = request.app.state.work
     principal: Principal | None = getattr(request.state, "principal", None)
-    return work if principal is None else work.acting(principal.name)
+    return replace(work, gone=Presence(request), actor=work.actor if principal is None else principal.name)
 
 
 async def _having_seen(

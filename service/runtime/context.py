@@ -20,7 +20,7 @@ from db.rows import Base
 from db.set_apart import require_readable
 from db.store import Store
 from db.unreadable import DocumentRefused, UnreadableRow
-from service.errors import Conflict, InvalidInput, NotFound, StorageFull, Unavailable
+from service.errors import Abandoned, Conflict, InvalidInput, NotFound, StorageFull, Unavailable
 from service.runtime.group_commit import Together
 from service.runtime.listeners import Listeners
 from service.runtime.metrics import Meters
@@ -41,6 +41,11 @@ def utc_now() -> datetime:
 def new_id() -> str:
     """An identifier that nobody can guess."""
     return uuid.uuid4().hex
+
+
+def never() -> bool:
+    """Who asks for something within the process does not hang up."""
+    return False
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,8 @@ class Work:
     listeners: Listeners = field(default_factory=Listeners)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
     """A unit of work under way that `write` joins: whoever began it ends it."""
+    gone: Callable[[], bool] = never
+    """Whether who asked has hung up."""
     looking: Callable[[], Store] | None = None
     """A unit of work under way that `read` joins, so that several looks see one moment."""
     seen: int | None = None
@@ -80,6 +87,15 @@ class Work:
     def having_seen(self, version: int | None) -> Work:
         """The same, for a request that was made on this version of its session or plan."""
         return replace(self, seen=version)
+
+    def attended(self) -> float:
+        """The stop-watch of a long computation, s. Raises Abandoned once who asked has hung up."""
+        if self.gone():
+            raise Abandoned(
+                "who asked for this has hung up",
+                advice="nothing was stored; ask again",
+            )
+        return self.monotonic()
 
     def write(self) -> AbstractContextManager[Store]:
         """A unit of work that commits at its end. Raises Unavailable; StorageFull for a full disk."""

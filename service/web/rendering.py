@@ -5,6 +5,7 @@ from __future__ import annotations
 import uuid
 from collections.abc import Iterator
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
@@ -12,6 +13,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 from markupsafe import Markup
 
 from service.runtime.context import Work
+from service.runtime.presence import Presence
 from service.usecases.access.tokens import Principal
 from service.version import __version__
 from service.web.display import Display
@@ -52,7 +54,8 @@ class Page:
         """What the use cases need. A page that only shows sees one moment, whatever it looks at."""
         if self._work is None:
             work: Work = self.request.app.state.work
-            work = work if self.principal is None else work.acting(self.principal.name)
+            actor = work.actor if self.principal is None else self.principal.name
+            work = replace(work, gone=Presence(self.request), actor=actor)
             self._work = work if self._looking is None else work.looking_within(self._looking)
         return self._work
 

@@ -62,8 +62,9 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
             key=work.new_id(),
             session_id=session_id,
             at=work.now(),
-            monotonic=work.monotonic,
+            monotonic=work.attended,
         )
+        work.attended()
     work.meters.solved(request.method, plan.status, plan.seconds)
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
@@ -89,7 +90,7 @@ def front(work: Work, plan_id: str) -> tuple[FrontPoint, ...]:
     """
     plan, ground, its_box = _solved(work, plan_id)
     with work.turns.turn():
-        return alternatives.front_of(ground, plan.request, its_box, work.monotonic)
+        return alternatives.front_of(ground, plan.request, its_box, work.attended)
 
 
 def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
@@ -99,7 +100,7 @@ def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
     """
     plan, ground, its_box = _solved(work, plan_id)
     with work.turns.turn():
-        return alternatives.what_if(ground, plan, request, its_box, work.monotonic)
+        return alternatives.what_if(ground, plan, request, its_box, work.attended)
 
 
 def expected(work: Work, plan_id: str, selections: Sequence[tuple[Placement, ...]]) -> tuple[Plan, ...]:
