@@ -40,7 +40,7 @@ def machine_line() -> str:
 def show(
     console: Console, title: str, header: Sequence[str], lines: Sequence[Sequence[str]], *, markdown: bool
 ) -> None:
-    """A table for the terminal, or in Markdown for the README."""
+    """A table for the terminal, or in Markdown for docs/benchmarks.md."""
     if markdown:
         print(f"{title} ({machine_line()})\n")
         print("| " + " | ".join(header) + " |\n|" + "---|" * len(header))

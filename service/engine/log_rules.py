@@ -55,7 +55,7 @@ def not_a_log(wrong: ValueError | RecursionError) -> InvalidInput:
             code="invalid_log",
             field=field,
             value=first.get("input") if not isinstance(first.get("input"), dict | list) else None,
-            advice="see docs/log.md for the fields of a session log",
+            advice="see docs/reference/log.md for the fields of a session log",
         )
     return InvalidInput(
         f"the file is no JSON: {wrong}",

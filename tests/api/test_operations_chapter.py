@@ -7,7 +7,7 @@ from pathlib import Path
 
 from service.runtime.metrics import Meters
 
-CHAPTER = (Path(__file__).parents[2] / "docs" / "operations.md").read_text(encoding="utf-8")
+CHAPTER = (Path(__file__).parents[2] / "docs" / "how-to" / "operations.md").read_text(encoding="utf-8")
 
 
 def test_every_metric_is_explained() -> None:

@@ -85,4 +85,4 @@ def test_a_file_that_is_no_log(
     file.write_bytes(text)
     said = told(["solve", str(file)], monkeypatch, capsys)
     assert word in said
-    assert "docs/log.md" in said or "GET /sessions/{id}/log" in said
+    assert "docs/reference/log.md" in said or "GET /sessions/{id}/log" in said

@@ -8,7 +8,7 @@ import typer
 
 app = typer.Typer(help="Measure against named peers and limits, in one run.", no_args_is_help=True)
 
-Markdown = Annotated[bool, typer.Option("--markdown", help="Print Markdown, for the README.")]
+Markdown = Annotated[bool, typer.Option("--markdown", help="Print Markdown, for docs/benchmarks.md.")]
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""The README's walk-through, run as it stands against a served instance."""
+"""The tutorial's walk-through, run as it stands against a served instance."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import pytest
 from service.cli.commands.serve import serving
 from service.settings import Settings
 
-README = Path(__file__).parents[2] / "README.md"
+TUTORIAL = Path(__file__).parents[2] / "docs" / "tutorial" / "first-session.md"
 
 
 @pytest.mark.skipif(
     shutil.which("curl") is None or shutil.which("bash") is None, reason="the walk-through needs bash and curl"
 )
-def test_the_walk_through_of_the_readme_balances_its_drum(tmp_path: Path) -> None:
-    block = re.search(r"<!-- walk-through.*?-->\n```bash\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
+def test_the_walk_through_of_the_tutorial_balances_its_drum(tmp_path: Path) -> None:
+    block = re.search(r"<!-- walk-through.*?-->\n```bash\n(.*?)```", TUTORIAL.read_text(encoding="utf-8"), re.DOTALL)
     assert block is not None
     script = "set -euo pipefail\n" + block.group(1)
     with serving(Settings(database_url=f"sqlite:///{tmp_path / 'readme.db'}")) as address:
