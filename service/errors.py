@@ -1,21 +1,28 @@
 """The errors that the product raises on purpose.
 
-Each message names the value, the rule it breaks and what to do. `status` is the HTTP status under which the API
-shows an error; the command line shows the same text. Numerics raise `NumericsError` only.
+Each carries a `Message`: the key of a text that names the value, the rule it breaks and what to do, with its values.
+`status` is the HTTP status under which the API shows an error; the command line shows the same text. Numerics raise
+`NumericsError` only.
 """
 
 from __future__ import annotations
 
+from service.messages import Message, render, render_advice
+
 
 class DrumtrueError(Exception):
-    """Base of every deliberate error; raised through its children only."""
+    """Base of every deliberate error; raised through its children only.
+
+    message: the message as data, or a sentence that has no key yet. data: the message as data, if it is. code: by
+    default that of the message, `code` in the key `code.variant`.
+    """
 
     status = 500
     code = "error"
 
     def __init__(
         self,
-        message: str,
+        message: Message | str,
         *,
         code: str | None = None,
         field: str | None = None,
@@ -24,12 +31,25 @@ class DrumtrueError(Exception):
         retry_after_s: int | None = None,
     ) -> None:
         super().__init__(message)
-        self.message = message
-        self.code = code or type(self).code
+        self.data = message if isinstance(message, Message) else None
+        self.code = code or (self.data.code if self.data is not None else type(self).code)
         self.field = field
         self.value = value
-        self.advice = advice
         self.retry_after_s = retry_after_s
+        self._advice = advice
+
+    @property
+    def message(self) -> str:
+        """What is wrong, in English."""
+        return render(self.data) if self.data is not None else str(self.args[0])
+
+    @property
+    def advice(self) -> str | None:
+        """What to do, in English."""
+        return self._advice or (render_advice(self.data) if self.data is not None else None)
+
+    def __str__(self) -> str:
+        return self.message
 
 
 class InvalidInput(DrumtrueError):
@@ -99,7 +119,9 @@ class Stale(DrumtrueError):
     status = 412
     code = "version_stale"
 
-    def __init__(self, message: str, *, current: object, field: str, value: object, advice: str) -> None:
+    def __init__(
+        self, message: Message | str, *, current: object, field: str, value: object, advice: str | None = None
+    ) -> None:
         super().__init__(message, field=field, value=value, advice=advice)
         self.current = current
 

@@ -16,6 +16,7 @@ from starlette.exceptions import HTTPException
 from db.unreadable import UnreadableRow
 from service.api.strict_json import InvalidBody
 from service.errors import DrumtrueError, Stale
+from service.messages import Message, parameters_json
 from service.model.base import document, to_plain
 from service.runtime.context import unreadable
 
@@ -75,6 +76,10 @@ class Problem:
     """What to do about it."""
     errors: tuple[dict[str, Any], ...] = ()
     """Where several fields are wrong: each with field, detail, value."""
+    key: str | None = None
+    """Key of `detail` and `advice` in the catalogue of messages, `code` or `code.variant`; null where there is none."""
+    parameters: dict[str, Any] | None = None
+    """The values in `detail` and `advice`, by name, as MessageData has them."""
     current: Any = None
     """With `version_stale`: the session or plan as it is now; other problems have none."""
 
@@ -90,6 +95,7 @@ def problem(
     errors: Sequence[dict[str, Any]] = (),
     headers: Mapping[str, str] | None = None,
     current: object = None,
+    data: Message | None = None,
 ) -> JSONResponse:
     """A problem as a response."""
     body = {
@@ -102,6 +108,8 @@ def problem(
         "value": safe(value),
         "advice": advice,
         "errors": list(errors),
+        "key": None if data is None else data.key,
+        "parameters": None if data is None else parameters_json(data),
     }
     if current is not None:
         body["current"] = to_plain(current)
@@ -153,6 +161,7 @@ def _deliberate(_request: Request, error: Exception) -> JSONResponse:
         advice=error.advice,
         headers=later,
         current=error.current if isinstance(error, Stale) else None,
+        data=error.data,
     )
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Literal
+from typing import Any, Literal
 
+from service.messages import Message, from_json, parameters_json, render, render_advice
 from service.model.base import document
 
 Severity = Literal["info", "warning", "error"]
-Parameter = str | float | int | None
 
 
 @document
@@ -29,5 +29,34 @@ class Diagnostic:
     """Planes it is about; empty: all."""
     sensors: tuple[str, ...] = ()
     """Sensors it is about; empty: all."""
-    parameters: dict[str, Parameter] = field(default_factory=dict)
-    """The values in `message` and `advice`, by name; empty for codes that state none."""
+    key: str | None = None
+    """Key of `message` and `advice` in the catalogue, `code` or `code.variant`; null in what older versions stored."""
+    parameters: dict[str, Any] = field(default_factory=dict)
+    """The values in `message` and `advice`, by name, as MessageData has them; empty for codes that state none."""
+
+    @property
+    def data(self) -> Message | None:
+        """The message as the renderer takes it; None where only its English text was stored."""
+        return None if self.key is None else from_json(self.key, self.parameters)
+
+
+def diagnostic(
+    message: Message,
+    severity: Severity,
+    *,
+    runs: tuple[int, ...] = (),
+    planes: tuple[str, ...] = (),
+    sensors: tuple[str, ...] = (),
+) -> Diagnostic:
+    """The document of a message: with its English text, its key and its values."""
+    return Diagnostic(
+        code=message.code,
+        severity=severity,
+        message=render(message),
+        advice=render_advice(message) or "",
+        runs=runs,
+        planes=planes,
+        sensors=sensors,
+        key=message.key,
+        parameters=parameters_json(message),
+    )

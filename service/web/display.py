@@ -9,6 +9,7 @@ from functools import cache
 
 from markupsafe import Markup
 
+from service.messages import Reader
 from service.model.machine import Sensor
 from service.web import numbers, units
 from service.web.language import N_, translations
@@ -30,10 +31,35 @@ def _float(figure: str) -> float:
 
 
 @dataclass(frozen=True)
-class Display:
-    """How numbers are shown to a reader; every text carries its unit."""
+class Display(Reader):
+    """How numbers are shown to a reader, in messages too; every text carries its unit."""
 
     preferences: Preferences
+
+    gap = NO_BREAK
+
+    @property
+    def language(self) -> str:
+        """The reader's language."""
+        return self.preferences.language
+
+    def in_unit(self, value: float, unit: str) -> tuple[float, str]:
+        """A stored mass, length, unbalance or velocity in the reader's unit; other quantities as they are."""
+        shown = self._units().get(unit)
+        return (value, unit) if shown is None else (shown.show(value), shown.sign)
+
+    def figure(self, text: str) -> str:
+        """A number with the reader's decimal sign."""
+        return numbers.localised(text, self.preferences.language)
+
+    def _units(self) -> dict[str, units.Unit]:
+        own = self.preferences
+        return {
+            "g": units.mass(own),
+            "mm": units.length(own),
+            "g.mm": units.unbalance(own),
+            "mm/s rms": self.amplitude_unit(_VELOCITY),
+        }
 
     def number(self, value: float | None, digits: int = 3, places: int | None = None) -> str:
         """A number without a unit."""

@@ -47,7 +47,7 @@ class Stale(Exception):
         return steps.show(
             page,
             self.guide,
-            form=Form(self.typed if same else None, page.language),
+            form=Form(self.typed if same else None, page.preferences),
             status=409,
             notice=page.text(CHANGED),
             typing=same and page.request.url.path.endswith("/runs"),
@@ -106,9 +106,7 @@ def require_fresh(page: Page, guide: Guide, typed: dict[str, str]) -> None:
 def again(page: Page, typed: Mapping[str, str], busy: errors.Unavailable) -> HTMLResponse:
     """A page that says that the service is busy, and sends the same form again by itself after a while."""
     seconds = busy.retry_after_s or 1
-    answer = page.render(
-        "again.html", status=busy.status, detail=page.words(busy.message), seconds=seconds, typed=typed
-    )
+    answer = page.render("again.html", status=busy.status, detail=page.message(busy), seconds=seconds, typed=typed)
     answer.headers["retry-after"] = str(seconds)
     return answer
 

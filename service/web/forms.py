@@ -14,9 +14,11 @@ from fastapi import Depends, Request
 
 from service.errors import DrumtrueError
 from service.web import numbers
+from service.web.display import Display
 from service.web.language import N_, translations
+from service.web.preferences import Preferences
 from service.web.units import DEGREES, Unit
-from service.web.wording import words
+from service.web.wording import advice_of, message_of
 
 MOST_FIELDS = 4000
 LONGEST = 20_000
@@ -29,9 +31,10 @@ AS_TYPED = Unit("", 1.0)
 class Form:
     """One form of a page: first empty or filled by the page, later as it was typed."""
 
-    def __init__(self, values: Mapping[str, str] | None = None, language: str = "en") -> None:
+    def __init__(self, values: Mapping[str, str] | None = None, preferences: Preferences | None = None) -> None:
         self.values = dict(values or {})
-        self.language = language
+        self.preferences = preferences or Preferences()
+        self.language = self.preferences.language
         self.errors: dict[str, str] = {}
 
     @property
@@ -63,8 +66,8 @@ class Form:
 
     def refused(self, error: DrumtrueError) -> None:
         """Put what a use case refuses beside the field that it names, else above the form."""
-        told = (_sentence(words(part or "", self.language)) for part in (error.message, error.advice))
-        text = " ".join(part for part in told if part)
+        show = Display(self.preferences)
+        text = " ".join(_sentence(part) for part in (message_of(error, show), advice_of(error, show)) if part)
         self.errors.setdefault(error.field if error.field in self.values else "", text)
 
     # ------------------------------------------------------------ reading

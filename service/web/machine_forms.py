@@ -47,7 +47,7 @@ def blank(page: Page) -> Form:
         values |= {f"planes[{index}].name": str(index + 1), f"planes[{index}].holes": "18"}
         values |= {f"planes[{index}].max_masses": "3", f"planes[{index}].masses_per_position": "1"}
         values |= {f"planes[{index}].first_deg": "0", f"sensors[{index}].name": "AB"[index]}
-    return Form(values, page.language)
+    return Form(values, page.preferences)
 
 
 def filled(page: Page, machine: Machine) -> Form:
@@ -64,7 +64,7 @@ def filled(page: Page, machine: Machine) -> Form:
         values |= {f"planes[{index}].{name}": text for name, text in _plane_values(page, plane).items()}
     for index, sensor in enumerate(machine.sensors):
         values |= {f"sensors[{index}].{name}": text for name, text in _sensor_values(page, sensor).items()}
-    return Form(values, page.language)
+    return Form(values, page.preferences)
 
 
 def count(form: Form, name: str) -> int:

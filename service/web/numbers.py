@@ -33,12 +33,12 @@ def write(value: float | None, language: str, *, digits: int = 3, places: int | 
     text = f"{value:.{places}f}"
     if float(text) == 0.0:
         text = text.lstrip("-")
-    return _localised(text, language).replace("-", MINUS)
+    return localised(text, language).replace("-", MINUS)
 
 
 def plain(value: float | None, language: str) -> str:
     """A number as it is put into a field: as short as it can be, no rounding that shows; empty for nothing."""
-    return "" if value is None else _localised(format(Decimal(f"{value:.9g}"), "f"), language)
+    return "" if value is None else localised(format(Decimal(f"{value:.9g}"), "f"), language)
 
 
 def read(text: str, language: str) -> float:
@@ -61,5 +61,6 @@ def read(text: str, language: str) -> float:
     return float(typed)
 
 
-def _localised(text: str, language: str) -> str:
+def localised(text: str, language: str) -> str:
+    """A number's text with the decimal sign of the language."""
     return text.replace(".", ",") if language in COMMA else text

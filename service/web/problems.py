@@ -93,8 +93,8 @@ def error_page(request: Request, error: Exception) -> Response:
         "problem.html",
         status=status,
         title=TITLES.get(status, UNKNOWN) if onward is None else onward.title,
-        detail=page.words(told.message) if told is not None else None,
-        advice=(page.words(told.advice) if told is not None and told.advice else None)
+        detail=page.message(told) if told is not None else None,
+        advice=(page.advice(told) if told is not None else None)
         or (None if told is not None else ADVICE.get(status, UNKNOWN_ADVICE)),
         onward=None if onward is None else (onward.path.format_map(_Known(request.path_params)), onward.name),
     )

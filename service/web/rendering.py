@@ -12,6 +12,8 @@ from fastapi import Depends, Request
 from fastapi.responses import HTMLResponse, RedirectResponse
 from markupsafe import Markup
 
+from service.messages import Message
+from service.model.message import MessageData
 from service.runtime.context import Work
 from service.runtime.presence import Presence
 from service.usecases.access.tokens import Principal
@@ -21,7 +23,7 @@ from service.web.environment import environment
 from service.web.form_tokens import FIELD, FormToken
 from service.web.language import translations
 from service.web.preferences import COOKIE, LANGUAGES, Preferences
-from service.web.wording import words
+from service.web.wording import Told, advice_of, message_of, sentence
 
 FORM_KEY = "form_key"
 """The field with which a form is known when it is sent again."""
@@ -78,9 +80,17 @@ class Page:
         found = translations(self.language).gettext(message)
         return found % values if values else found
 
-    def words(self, told: str | None) -> str:
+    def words(self, told: str | Message | MessageData | None) -> str:
         """What a use case says, as a sentence in the reader's language and units."""
-        return self.display.in_own_units(words(told or "", self.language))
+        return sentence(told, self.display)
+
+    def message(self, told: Told) -> str:
+        """What an error or a finding says, as a sentence in the reader's language and units."""
+        return message_of(told, self.display)
+
+    def advice(self, told: Told) -> str:
+        """What to do about an error or a finding, likewise."""
+        return advice_of(told, self.display)
 
     def render(self, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
         """The page that a template makes of what is handed to it.

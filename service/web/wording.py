@@ -1,4 +1,6 @@
-"""What use cases say - findings, refusals, advice - as sentences in the reader's language.
+"""What use cases say - findings, refusals, advice - as sentences in the reader's language and units.
+
+A message as data is rendered from its catalogue. The rest of this module serves texts that have no key yet:
 
 They speak English with values in it. The catalogue has each such text with {0}, {1} ... where values stand; a text is
 matched with them, and its values are put into the translation. What is not in the catalogue is shown as it was said.
@@ -8,7 +10,11 @@ from __future__ import annotations
 
 import re
 from functools import cache, lru_cache
+from typing import Protocol
 
+from service.messages import Message, render, render_advice
+from service.model.message import MessageData
+from service.web.display import Display
 from service.web.language import N_, messages, translations
 from service.web.numbers import COMMA
 
@@ -30,6 +36,45 @@ _PLACE = re.compile(r"\\\{\d+\\\}")
 """A place for a value, once the text is escaped for a pattern."""
 _NOUN = re.compile(rf"\b({'|'.join(NOUNS)})\b")
 _POINT = re.compile(r"(?<=\d)\.(?=\d)")
+
+
+class Told(Protocol):
+    """An error or a finding: as data where it is, and in English."""
+
+    @property
+    def data(self) -> Message | None:
+        """Key and values."""
+
+    @property
+    def message(self) -> str:
+        """What is wrong."""
+
+    @property
+    def advice(self) -> str | None:
+        """What to do."""
+
+
+def sentence(told: str | Message | MessageData | None, show: Display) -> str:
+    """A message, or a text that has no key, as a sentence that begins with a capital letter; without a full stop."""
+    if told is None or isinstance(told, str):
+        return show.in_own_units(words(told or "", show.language))
+    return _capital(render(told.message if isinstance(told, MessageData) else told, show))
+
+
+def advice_of(told: Told, show: Display) -> str:
+    """The advice of an error or a finding as sentences, the last with its full stop too."""
+    found = None if told.data is None else render_advice(told.data, show)
+    text = sentence(told.advice, show) if found is None else _capital(found)
+    return text if text[-1:] in ("", ".", "!", "?") else f"{text}."
+
+
+def message_of(told: Told, show: Display) -> str:
+    """The message of an error or a finding as a sentence."""
+    return sentence(told.data or told.message, show)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 @lru_cache(maxsize=2048)

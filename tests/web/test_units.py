@@ -103,6 +103,6 @@ def test_a_unit_that_is_typed_is_meant(unit: units.Unit, typed: str, stored: flo
 
 @pytest.mark.parametrize("typed", ["12 mm", "12 🙂", "12 oz g", "oz", "12 oz 3", "1e5", "12 <b>", "12" + " x" * 900])
 def test_a_unit_of_another_kind_is_refused_and_what_fits_is_told(typed: str) -> None:
-    form = Form({"x": typed}, "de")
+    form = Form({"x": typed}, Preferences(language="de"))
     assert form.number("x", unit=units.mass(Preferences())) is None
     assert ("g, kg, oz, lb" in (form.error("x") or "")) == (typed in ("12 mm", "12 🙂", "12 oz g", "12 <b>"))

@@ -31,7 +31,7 @@ def verdict(report: Report, reader: Reader) -> tuple[str, Mood]:
         "reached": (_("Balanced: within what was asked for."), "good"),
     }
     sentence, mood = said[found.outcome]
-    return " ".join((sentence, *(f"{reader.words(one.message)}." for one in found.unjudged))), mood
+    return " ".join((sentence, *(f"{reader.message(one)}." for one in found.unjudged))), mood
 
 
 def before_after(machine: Machine, lines: tuple[BeforeAfter, ...], reader: Reader) -> tuple[Part, ...]:
@@ -198,13 +198,13 @@ def coefficients(report: Report, reader: Reader) -> tuple[Part, ...]:
 
 def findings(report: Report, reader: Reader) -> tuple[Part, ...]:
     """What the runs say of themselves, worst first."""
-    _, told = reader.gettext, reader.words
+    _ = reader.gettext
     if not report.influence:
         return (Lines((_("Not examined: that needs runs with phase that determine the influence coefficients."),)),)
     if not report.diagnostics:
         return (Lines((_("Nothing speaks against the runs."),)),)
     grave = {"error": _("error"), "warning": _("warning"), "info": _("note")}
-    return (Lines(tuple(f"{grave[d.severity]}: {told(d.message)}. {told(d.advice)}" for d in report.diagnostics)),)
+    return (Lines(tuple(f"{grave[d.severity]}: {reader.message(d)}. {reader.advice(d)}" for d in report.diagnostics)),)
 
 
 def _phased(run: Run) -> bool:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from datetime import datetime
 
+from service.messages import Message
 from service.model.machine import Sensor
+from service.model.message import MessageData
 from service.web.display import Display
 from service.web.language import translations
 from service.web.numbers import MINUS
 from service.web.preferences import Preferences
 from service.web.units import Unit
-from service.web.wording import words
+from service.web.wording import Told, advice_of, message_of, sentence
 
 
 class Reader:
@@ -24,9 +26,17 @@ class Reader:
         """The message in the reader's language; %(name)s are for the caller to fill in."""
         return translations(self.preferences.language).gettext(message)
 
-    def words(self, told: str) -> str:
+    def words(self, told: str | Message | MessageData | None) -> str:
         """What a use case says, as a sentence in the reader's language and units, without a full stop."""
-        return self.show.in_own_units(words(told, self.preferences.language))
+        return sentence(told, self.show)
+
+    def message(self, told: Told) -> str:
+        """What an error or a finding says, likewise."""
+        return message_of(told, self.show)
+
+    def advice(self, told: Told) -> str:
+        """What to do about an error or a finding, likewise."""
+        return advice_of(told, self.show)
 
     def number(self, value: float, digits: int = 3) -> str:
         """A number, noughts after its decimal sign cut off."""

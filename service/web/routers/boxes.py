@@ -34,13 +34,13 @@ def boxes_page(page: PageDep) -> HTMLResponse:
 @router.get("/new")
 def new_box(page: PageDep) -> HTMLResponse:
     """An empty form."""
-    return _form(page, Form({"rows": str(ROWS)}, page.language))
+    return _form(page, Form({"rows": str(ROWS)}, page.preferences))
 
 
 @router.post("/new")
 def store_box(page: PageDep, typed: TypedDep) -> Response:
     """Store a box, or show the form again with more lines."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     if form.value("more"):
         form.values["rows"] = str(min(_rows(form) + ROWS, MOST_ROWS))
         return _form(page, form)
@@ -60,13 +60,13 @@ def store_box(page: PageDep, typed: TypedDep) -> Response:
 @router.get("/{box_id}")
 def box_page(page: PageDep, box_id: Key) -> HTMLResponse:
     """One box: what is left, and where a count or a delivery is booked."""
-    return _box(page, box_id, Form(language=page.language))
+    return _box(page, box_id, Form(preferences=page.preferences))
 
 
 @router.post("/{box_id}")
 def book_box(page: PageDep, typed: TypedDep, box_id: Key) -> Response:
     """Book pieces put in, or what a count found."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     box = catalogues.get(page.work, box_id)
     received, counted = [], []
     for index, item in enumerate(box.items):

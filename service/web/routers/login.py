@@ -21,13 +21,13 @@ COOKIE = "drumtrue_login"
 @router.get("/login")
 def show_login(page: PageDep, back: str = "/") -> HTMLResponse:
     """Where the token is typed in."""
-    return page.render("login.html", form=Form(language=page.language), back=local(back))
+    return page.render("login.html", form=Form(preferences=page.preferences), back=local(back))
 
 
 @router.post("/login")
 def log_in(page: PageDep, typed: TypedDep) -> Response:
     """Take the token and go on to where the reader wanted to be; what is typed is not shown again."""
-    form, back = Form({"token": ""}, page.language), local(typed.get("back", "/"))
+    form, back = Form({"token": ""}, page.preferences), local(typed.get("back", "/"))
     text = typed.get("token", "").strip()
     if not text:
         form.wrong("token", N_("Fill in this field."))

@@ -41,7 +41,7 @@ def new_machine(page: PageDep, then: str = "") -> HTMLResponse:
 @router.post("/new")
 def store_machine(page: PageDep, typed: TypedDep) -> Response:
     """Store a machine; or show the form again with one plane or sensor more or less."""
-    form, then = Form(typed, page.language), typed.get("then", "")
+    form, then = Form(typed, page.preferences), typed.get("then", "")
     if machine_forms.resized(form):
         return _form(page, form, then=then)
     machine = machine_forms.read(page, form)
@@ -83,7 +83,7 @@ def edit_machine(page: PageDep, machine_id: Key) -> HTMLResponse:
 @router.post("/{machine_id}/edit")
 def save_machine(page: PageDep, typed: TypedDep, machine_id: Key) -> Response:
     """Change a machine; sessions keep the copy they were opened with."""
-    form, before = Form(typed, page.language), machines.get(page.work, machine_id)
+    form, before = Form(typed, page.preferences), machines.get(page.work, machine_id)
     if machine_forms.resized(form):
         return _form(page, form, before=before)
     machine = machine_forms.read(page, form, before)

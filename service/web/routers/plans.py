@@ -47,7 +47,7 @@ PlanKey = Annotated[str, Path(min_length=1, max_length=32)]
 @router.post("/corrections")
 def make_correction(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """The continuous masses that would bring the drum to rest."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     source = form.choice("source", SOURCES) or "fit"
     masses = _balancer_masses(page, guide, form) if source == "balancer" else None
     if not form.ok:
@@ -78,13 +78,13 @@ def teach_machine(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     try:
         return done_in(page, guide, typed, teach)
     except DrumtrueError as error:
-        return steps.refused(page, guide, Form(typed, page.language), error)
+        return steps.refused(page, guide, Form(typed, page.preferences), error)
 
 
 @router.post("/plans")
 def make_plan(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """The best selection of what is in the box."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     correction = guide.correction
     objective = form.choice("objective", OBJECTIVES) or "residual_vibration"
     mode = form.choice("mode", MODES, required=False) or "best"
@@ -105,7 +105,7 @@ def make_plan(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
 @router.post("/plans/{plan_id}/again")
 def make_plan_again(page: PageDep, guide: GuideDep, typed: TypedDep, plan_id: PlanKey) -> Response:
     """The plan again, without a hole that cannot be used or a piece that is not in the box."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     before = plans.get(page.work, plan_id)
     blocked = before.request.blocked
     if form.value("clear"):

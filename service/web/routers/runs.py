@@ -33,7 +33,7 @@ TOO_FAST = N_("%(speed)s is above the service speed of %(service)s. Slow the mac
 def type_run(page: PageDep, session_id: Key, typed: TypedDep) -> Response:
     """A run as it was typed in; sent again because the answer was lost, it is stored once."""
     guide = look(page.work, session_id)
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     machine = guide.session.machine
     speed = form.number("speed_rpm", low=1.0, high=1e6, unit=TURNS, required=False)
     if speed is not None and speed > highest_speed(machine):
@@ -51,7 +51,7 @@ def type_run(page: PageDep, session_id: Key, typed: TypedDep) -> Response:
 @router.post("/take")
 def take_run(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """The newest readings of the live source, averaged."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     now = live.look(page.work, guide.session.id, guide.turning_since)
     take = live.window(page.work, guide.session.id, guide.turning_since)
     if take is None:
@@ -73,7 +73,7 @@ def exclude_run(
     page: PageDep, guide: GuideDep, typed: TypedDep, run_id: Annotated[str, Path(max_length=32)]
 ) -> Response:
     """Leave a run out of everything, or take it in again; nothing is erased."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     back = typed.get("step", "")
     excluded = typed.get("excluded") == "yes"
     reason = form.text("reason", most=500) or page.text(
@@ -110,7 +110,7 @@ def repeat_trial(
     try:
         return done_in(page, guide, typed, again)
     except DrumtrueError as error:
-        return steps.refused(page, guide, Form(typed, page.language), error)
+        return steps.refused(page, guide, Form(typed, page.preferences), error)
 
 
 def _reading(page: Page, guide: Guide, form: Form, index: int, speed: float | None) -> RunReading | None:

@@ -41,13 +41,13 @@ GuideDep = Annotated[Guide, Depends(fresh)]
 @router.get("/new")
 def new_session(page: PageDep, machine: str = "") -> HTMLResponse:
     """Which machine, which box."""
-    return _opening(page, Form({"machine_id": machine}, page.language))
+    return _opening(page, Form({"machine_id": machine}, page.preferences))
 
 
 @router.post("/new")
 def begin_session(page: PageDep, typed: TypedDep) -> Response:
     """Open a session on a machine, or show the form with what may be known of its drum."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     listed = form.text("machine_id", required=True)
     machine = next((one for one in _machines(page) if one.id == listed), None)
     if form.value("more"):
@@ -117,7 +117,7 @@ def show_step(page: PageDep, session_id: Key, step: str) -> Response:
 @router.post("/{session_id}/box")
 def choose_box(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """Give the session its box of stock masses."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     box = form.choice("catalogue_id", [one.id for one in catalogues.find(page.work, steps.MOST_BOXES, 0)])
     if box is None:
         return steps.show(page, guide, form=form, status=422)
@@ -139,4 +139,4 @@ def changed(page: Page, guide: Guide, typed: dict[str, str], patch: SessionPatch
     try:
         return done_in(page, guide, typed, change)
     except DrumtrueError as error:
-        return steps.refused(page, guide, Form(typed, page.language), error)
+        return steps.refused(page, guide, Form(typed, page.preferences), error)

@@ -20,13 +20,13 @@ FRESH_S = 10.0
 @router.get("")
 def sources_page(page: PageDep) -> HTMLResponse:
     """All sources with how well each is heard."""
-    return _sources(page, Form(language=page.language))
+    return _sources(page, Form(preferences=page.preferences))
 
 
 @router.post("")
 def mount_source(page: PageDep, typed: TypedDep) -> Response:
     """Say which machine a source is mounted on."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     name, machine = form.text("name", required=True), form.text("machine_id", required=True)
     if name is not None and machine is not None and form.ok:
         try:

@@ -42,7 +42,7 @@ PURPOSES: dict[str, StopPurpose] = {"trial": "trial", "plan": "plan", "bare": "b
 @router.post("")
 def begin_stop(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """Stop the machine for a trial mass or for the masses of a plan."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     purpose = form.choice("purpose", PURPOSES) or "trial"
     alternative = form.whole("alternative", low=0, high=100, required=False)
     request = StopRequest(
@@ -64,7 +64,7 @@ def lock_machine(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -
 @router.post("/{number}/trial")
 def trial_mass_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """The trial mass as it was really bolted on, and whether the one before is off."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     plane = guide.stop.plane if guide.stop is not None else None
     grams = form.number("masses.mass_g", above=0.0, high=MOST_G, unit=page.display.mass_unit())
     angle = form.angle("masses.angle_deg")
@@ -80,14 +80,14 @@ def trial_mass_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) 
 @router.post("/{number}/correct")
 def correct_stop(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """Take back what was stated of the masses, before the drum has turned."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     return _then(page, guide, typed, form, lambda work: stops.reopen(work, guide.session.id, number))
 
 
 @router.post("/{number}/plan")
 def plan_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """The masses of a plan are on: as planned, or as they were really fitted."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     actual = _actual(page, guide, form) if form.ticked("differs") else None
     return _then(page, guide, typed, form, lambda work: stops.fit(work, guide.session.id, number, actual))
 
@@ -95,7 +95,7 @@ def plan_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Res
 @router.post("/{number}/bare")
 def masses_off(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """All masses are off: a fitted plan is undone, its masses go back into the box."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     return _then(page, guide, typed, form, lambda work: stops.bare(work, guide.session.id, number))
 
 
@@ -109,12 +109,12 @@ def release_machine(page: PageDep, guide: GuideDep, typed: TypedDep, number: int
 @router.post("/{number}/cancel")
 def cancel_stop(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """Go back before anything was changed."""
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     return _then(page, guide, typed, form, lambda work: stops.cancel(work, guide.session.id, number))
 
 
 def _ticked(page: Page, typed: dict[str, str], names: tuple[str, ...]) -> Form:
-    form = Form(typed, page.language)
+    form = Form(typed, page.preferences)
     for name in names:
         if not form.ticked(name):
             form.wrong(name, NOT_YET)

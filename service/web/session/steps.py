@@ -13,6 +13,7 @@ from service.engine.rotor_state import changes_to, mounted, trial_piece
 from service.engine.trial_check import Answer, TrialEffect, answer_of, effect_of, force_of
 from service.engine.validation import highest_speed, label_at
 from service.errors import DrumtrueError, InvalidInput
+from service.messages import Message
 from service.model.influence import TrialMassSuggestion
 from service.model.machine import StoredCatalogue
 from service.model.plan import Plan
@@ -58,7 +59,7 @@ def show(
         step="" if template else shown,
         active=shown == guide.step and guide.session.state != "closed",
         steps=[(name, TITLES[name], guide.place(name), guide.reached(name)) for name in STEPS],
-        form=form or Form(language=page.language),
+        form=form or Form(preferences=page.preferences),
         notice=notice,
         hole_at=lambda mass: label_at(guide.plane(mass.plane), mass.angle_deg),
         force=lambda plane, grams: force(guide.session.machine, plane, grams),
@@ -85,7 +86,7 @@ class TrialAdvice:
     """The piece of the box next to the suggestion, g."""
     hole_deg: float
     """Angle of the hole to use."""
-    why_not: str | None
+    why_not: Message | str | None
 
 
 def trial_advice(page: Page, guide: Guide, plane: str) -> TrialAdvice:
@@ -95,7 +96,7 @@ def trial_advice(page: Page, guide: Guide, plane: str) -> TrialAdvice:
         found = influence.suggest_trials(page.work, guide.session.id)
         suggestion = next(one for one in found if one.plane == plane)
     except InvalidInput as refused:
-        why_not = refused.message
+        why_not = refused.data or refused.message
     positions = guide.plane(plane).positions_deg
     wanted = suggestion.angle_deg if suggestion is not None and suggestion.angle_deg is not None else positions[0]
     hole = min(positions, key=lambda at: abs((at - wanted + 180.0) % 360.0 - 180.0))
