@@ -7,6 +7,7 @@ first of them.
 from __future__ import annotations
 
 import gc
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +19,9 @@ from hypothesis import settings
 if TYPE_CHECKING:
     from tests.support.http.workshop import Workshop
     from tests.support.storage.engines import Engine
+
+# As the command does, before numpy is imported: threads of small matrices wait for one another.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # The same examples in every run: a property that fails, fails for everybody.
 settings.register_profile("drumtrue", derandomize=True, deadline=None)

@@ -32,6 +32,11 @@ TEMPLATES: Mapping[str, tuple[str, str]] = {
         "{field} must state the lower bound first, got {lower:g} above {upper:g}",
         "exchange the two numbers",
     ),
+    "design_not_rising": ("{field} must rise, got a step of {value:g}", "sort them, each once"),
+    "design_energy_unreachable": (
+        "{field} of {value:.6g} {unit} must be at most {most:.6g} {unit}, what the bounds allow",
+        "lower the energy or widen the bounds",
+    ),
     "design_name_unknown": ("{field} must be one of {known}, got {value!r}", "name one of them"),
     "design_name_twice": ("{field} must differ from the others, got {value!r} twice", "rename one of them"),
     "design_unit_missing": (
@@ -45,9 +50,55 @@ TEMPLATES: Mapping[str, tuple[str, str]] = {
         "a design to optimise must leave something free, got {value}",
         "state [design] with bounds of what may change",
     ),
+    "design_no_front": (
+        "a front needs two responses to trade off, got {value}",
+        "state two names at aim.front, or leave out the limit that fixes one of them",
+    ),
     "design_infeasible_bounds": (
         "{limit} of {value:.6g} {unit} must be at least {least:.6g} {unit}, what the bounds allow",
         "raise the limit or widen the bounds",
+    ),
+    "flywheel_limit_implausible": (
+        "the stress limit of {value:.6g} Pa is far below what any disc has at this speed, {typical:.6g} Pa",
+        "check its unit",
+    ),
+    "flywheel_not_thin": (
+        "plane stress is assumed, but {what} is {value:.3g}",
+        "near such places the stresses of a real disc differ: check them by another method",
+    ),
+    "gear_hardness_unit": (
+        "a hardness of {value:g} N/mm2 is low for steel: a number of Brinell units must be multiplied by 9.81",
+        "check its unit",
+    ),
+    "gear_module_not_standard": (
+        "a module of {value:g} mm is not among the standard ones, {known}",
+        "take a standard module if the gear is cut with stock tools",
+    ),
+    "gear_undercut": (
+        "{value:g} teeth are fewer than the {least:.3g} below which the pinion is undercut",
+        "take more teeth or shift the profile",
+    ),
+    "gear_fast": ("the pitch line runs at {value:.3g} m/s, above 25 m/s", "dynamic factors of this kind end there"),
+    "gear_teeth_ratio": (
+        "whole teeth {teeth} and {other} give a ratio of {value:.6g} instead of {ratio:g}",
+        "take a pinion whose teeth times the ratio are whole if the ratio must be exact",
+    ),
+    "gear_printed_model": (
+        "the printed model is not sound mechanics: angles in radians, velocity in mm/s, penalties that hide limits",
+        "use it to reproduce its tables, and model = sound for a design",
+    ),
+    "shaft_ill_conditioned": (
+        "the sensors hardly tell the planes numbered {planes} apart, the condition is {value:.3g}",
+        "expect large masses that oppose each other; leave out a plane or add a sensor",
+    ),
+    "shaft_silent_sensor": ("sensor {value} shows no vibration at all", "check that it is connected"),
+    "shaft_nothing_to_gain": (
+        "there is nothing to gain for the aim {value}: its worst accepted value is no worse than the best attainable",
+        "its membership counts as 1; state other limits",
+    ),
+    "shaft_spread_dominates": (
+        "the spread counts for {value:.3g} of the aim: an even vibration can be evenly bad",
+        "give the energy or the largest more weight",
     ),
     "linkage_sharp_transmission": (
         "the links of dyad {joint} come within {value:.3g} degrees of a dead point",

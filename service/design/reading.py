@@ -11,6 +11,8 @@ from service.design.findings import Finding, RefusedDesign, finding
 from service.design.units import PURE, UNITS
 
 NAN = math.nan
+LARGEST = 1e100
+"""No quantity of a machine is larger, in any unit; what is would overflow in products."""
 
 
 @dataclass
@@ -36,7 +38,7 @@ class Problems:
 
     def raise_any(self) -> None:
         """Raise RefusedDesign if anything was refused."""
-        if any(one.severity == "refusal" for one in self.found):
+        if refused(self):
             raise RefusedDesign(one for one in self.found if one.severity == "refusal")
 
 
@@ -82,7 +84,7 @@ class Table:
         if isinstance(value, bool) or not isinstance(value, int):
             self.problems.add("design_not_whole", field=self.at(name), value=told(value))
             return least
-        self._within(value, self.at(name), None, least, None, most)
+        self._within(float(max(min(value, LARGEST), -LARGEST)), self.at(name), None, least, None, most)
         return value
 
     def text(self, name: str, *, default: str | None = None, choices: Iterable[str] = ()) -> str:
@@ -181,6 +183,10 @@ class Table:
             return names[0] if names else ""
         return value
 
+    def ask(self, name: str) -> object:
+        """A field as it is stated, for the caller to check; None, noted, where it is not."""
+        return self.values[name] if self._stated(name, optional=False) else None
+
     def close(self) -> None:
         """Refuse fields that nobody asked for."""
         for name in self.values:
@@ -199,7 +205,7 @@ class Table:
         if isinstance(value, bool) or not isinstance(value, int | float):
             self.problems.add("design_not_a_number", field=path, value=told(value))
             return NAN
-        if not math.isfinite(value) or abs(value) > 1e300:
+        if abs(value) > LARGEST or not math.isfinite(value):
             self.problems.add("design_not_finite", field=path, value=told(value))
             return NAN
         return float(value)
@@ -236,6 +242,11 @@ def read_units(root: Table) -> None:
             stated[quantity] = table.text(quantity, choices=UNITS[quantity])
     table.close()
     root.problems.units = stated
+
+
+def refused(problems: Problems) -> bool:
+    """Whether anything was refused so far."""
+    return any(one.severity == "refusal" for one in problems.found)
 
 
 def listed(names: Iterable[str]) -> str:

@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from service.design.findings import Finding, RefusedDesign, finding
-from service.design.linkage import LinkageStudy
+from service.design.flywheel.study import FlywheelStudy
+from service.design.gear_pair.study import GearPairStudy
+from service.design.linkage.study import LinkageStudy
 from service.design.reading import listed, told
+from service.design.shaft_set.study import ShaftSetStudy
 from service.design.study import Document, Study
 
-STUDIES: Mapping[str, Study] = MappingProxyType({study.name: study for study in (LinkageStudy(),)})
+_KINDS: tuple[Study, ...] = (LinkageStudy(), FlywheelStudy(), GearPairStudy(), ShaftSetStudy())
+STUDIES: Mapping[str, Study] = MappingProxyType({study.name: study for study in _KINDS})
 
 
 def study_of(document: Document) -> Study:

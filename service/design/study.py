@@ -13,6 +13,7 @@ from typing import Any, Literal, Protocol
 from service.design.findings import Finding
 from service.design.units import PURE
 from service.mechanics.bodies import FloatArray
+from service.optimize.epsilon import TwoObjectives
 from service.optimize.problem import MixedProblem
 from service.optimize.smooth import SmoothProblem
 
@@ -116,8 +117,9 @@ class DesignProblem:
     """A study's document as an optimisation problem.
 
     maximise: the objective is shown with its sign turned. alternatives: the feasible set is the union of the regions
-    of these problems (most often one). front: the two objectives for a given bound of the second. exact: the proved
-    optimum by other means, where there is one (x, objective). apply: a design x as a document.
+    of these problems (most often one). front: two responses to trade off. exact: the proved optimum by other means,
+    where there is one (x, objective), None where nothing is feasible; proved: whether it is more than the best
+    found. apply: a design x as a document.
     """
 
     variables: tuple[Variable, ...]
@@ -127,18 +129,10 @@ class DesignProblem:
     apply: Callable[[FloatArray], Document]
     objective_quantity: str = PURE
     mixed: MixedProblem | None = None
-    exact: Callable[[], tuple[FloatArray, float]] | None = None
+    exact: Callable[[], tuple[FloatArray, float] | None] | None = None
+    proved: bool = False
     front_names: tuple[str, str] | None = None
-    fronts: tuple[FrontProblem, ...] = ()
-
-
-@dataclass(frozen=True)
-class FrontProblem:
-    """Two objectives to minimise with slopes, under shared limits. report: optimised values -> the values shown."""
-
-    first: SmoothProblem
-    second: Callable[[FloatArray], tuple[float, FloatArray]]
-    report: Callable[[FloatArray], FloatArray]
+    front: TwoObjectives | None = None
 
 
 class Study(Protocol):

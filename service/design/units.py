@@ -21,6 +21,8 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "vibration": {"um": 1.0, "mm/s": 1.0, "mil": 1.0},
     "trial_mass": {"g": 1.0, "kg": 1e3},
     "velocity": {"m/s": 1.0},
+    "width": {"mm": 1.0},
+    "mass_moment": {"kg m": 1.0},
 }
 """Factor of each unit to SI; the first is the one that answers use where a document states none. Vibration stays in
 the unit that is stated, and masses on a shaft in g, as everywhere in balancing."""

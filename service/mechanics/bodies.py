@@ -74,19 +74,26 @@ def check_body(body: Body, name: str) -> None:
 def rim_disc(x: FloatArray, y: FloatArray, thickness: FloatArray, density: float) -> FloatArray:
     """Numbers (..., 4) of discs whose rim passes through the local origin; centre (x, y) and thickness in m."""
     square = x**2 + y**2
+    numbers = np.empty((*x.shape, 4))
     mass = density * math.pi * square * thickness
-    return np.stack([mass, mass * x, mass * y, RIM_DISC * mass * square], axis=-1)
+    numbers[..., 0], numbers[..., 1], numbers[..., 2] = mass, mass * x, mass * y
+    numbers[..., 3] = RIM_DISC * mass * square
+    return numbers
 
 
 def rim_disc_slopes(x: FloatArray, y: FloatArray, thickness: FloatArray, density: float) -> FloatArray:
     """Derivatives (..., 4, 3) of `rim_disc` by x, y and thickness."""
     square, area = x**2 + y**2, density * math.pi * thickness
-    mass, zero = area * square, np.zeros_like(x)
-    by_x = np.stack([2.0 * area * x, mass + 2.0 * area * x**2, 2.0 * area * x * y, 4.0 * RIM_DISC * mass * x], axis=-1)
-    by_y = np.stack([2.0 * area * y, 2.0 * area * x * y, mass + 2.0 * area * y**2, 4.0 * RIM_DISC * mass * y], axis=-1)
-    flat = density * math.pi * square
-    by_t = np.stack([flat, flat * x, flat * y, RIM_DISC * flat * square], axis=-1) + zero[..., None]
-    return np.stack([by_x, by_y, by_t], axis=-1)
+    mass, flat = area * square, density * math.pi * square
+    slopes = np.empty((*x.shape, 4, 3))
+    slopes[..., 0, 0], slopes[..., 0, 1], slopes[..., 0, 2] = 2.0 * area * x, 2.0 * area * y, flat
+    slopes[..., 1, :] = slopes[..., 0, :] * x[..., None]
+    slopes[..., 2, :] = slopes[..., 0, :] * y[..., None]
+    slopes[..., 1, 0] += mass
+    slopes[..., 2, 1] += mass
+    slopes[..., 3, :] = slopes[..., 0, :] * (2.0 * RIM_DISC * square)[..., None]
+    slopes[..., 3, 2] = RIM_DISC * flat * square
+    return slopes
 
 
 def three_points(masses: FloatArray, radius: FloatArray) -> FloatArray:

@@ -39,6 +39,40 @@ TEMPLATES: Mapping[str, tuple[str, str]] = {
     ),
     "speed_zero": ("the crank speed must not be 0", "state the speed: at rest nothing shakes"),
     "not_finite": ("{field} must be a finite number, got {value}", "correct the value"),
+    "disc_radius": (
+        "the inner radius must be above 0, got {value:g} m",
+        "a solid disc has another boundary condition: state a hole",
+    ),
+    "disc_radii_order": ("the control radii must rise, got a step of {value:g} m", "sort them, each once"),
+    "disc_poisson": ("the Poisson ratio must be from 0 to below 0.5, got {value:g}", "correct the value"),
+    "disc_density": ("the density must be above 0, got {value:g} kg/m3", "correct the value"),
+    "disc_thickness": (
+        "the thickness must be above 0 everywhere on the curve, got {value:g} m",
+        "raise the control thicknesses",
+    ),
+    "disc_thickness_count": (
+        "the control thicknesses must be {count} finite numbers, one a control radius, got {value}",
+        "state one for each",
+    ),
+    "gear_not_positive": ("{field} must be a finite number above 0, got {value:g}", "correct the value"),
+    "gear_ratio": ("the ratio must be at least 1, got {value:g}", "state the ratio of a gear that slows down"),
+    "gear_overlap": ("the overlap ratio must be at least 1, got {value:g}", "below it the pair loses contact"),
+    "gear_helix": (
+        "the helix angle must be from 0 to below 45 degrees, got {value:g} degrees",
+        "0 is a spur gear; take a smaller angle",
+    ),
+    "shaft_shapes": (
+        "the influence must have one row a sensor, got {value} rows for {sensors} sensors",
+        "state a row for every sensor in the order of the vibration",
+    ),
+    "shaft_too_few_sensors": (
+        "there must be at least as many sensors as planes, got {value} sensors for {planes} planes",
+        "measure at more places or speeds, or leave out planes",
+    ),
+    "shaft_planes_alike": (
+        "the sensors must tell the planes apart, got a condition of {value:.3g} for the planes numbered {planes}",
+        "leave out one of these planes or add a sensor near one of them",
+    ),
     "body_mass_negative": ("the mass of {body} must be 0 or more, got {value:g} kg", "correct the mass"),
     "body_inertia_impossible": (
         "the inertia of {body} about its own origin must be at least mass times squared centre radius, {least:.6g} "

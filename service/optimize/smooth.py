@@ -23,6 +23,7 @@ def unconstrained(x: FloatArray) -> tuple[FloatArray, FloatArray]:
 class SmoothProblem:
     """Bounds (d,); objective: x (d,) -> f and its slopes (d,); constraints: x -> scaled g (c,) and slopes (c, d).
 
+    labels: names of the first constraints; the last name stands for all that follow it.
     starts: (k, d) points to begin at before random ones. convex: f and g are convex, so that a stationary point is
     the optimum and its multipliers prove a bound.
     """
@@ -33,6 +34,7 @@ class SmoothProblem:
     constraints: Constraints = unconstrained
     starts: FloatArray | None = None
     convex: bool = False
+    labels: tuple[str, ...] = ()
 
     def violation(self, x: FloatArray) -> float:
         """Sum of constraints above their tolerance; bounds count in parts of their width."""

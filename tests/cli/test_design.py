@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from service.cli import app
 from service.design.documents import preset_text
+from service.design.findings import RefusedDesign
 
 RUN = CliRunner()
 
@@ -37,3 +38,45 @@ def test_all_problems_of_a_file_are_listed(tmp_path: Path) -> None:
     assert answer.exit_code == 1
     assert "linkage.link[0].mass must be above 0" in answer.output
     assert "linkage.dyad[1].x must not be stated" in answer.output
+
+
+def test_a_design_is_optimised_and_written(tmp_path: Path) -> None:
+    file = tmp_path / "best.json"
+    ran = RUN.invoke(app, ["design", "optimise", "gear_pair", "--output", str(file)])
+    assert ran.exit_code == 0
+    assert "enumeration: optimal, proved: the bound is 24.2339237" in ran.output
+    answer = json.loads(RUN.invoke(app, ["design", "evaluate", str(file), "--json"]).output)
+    assert answer["feasible"]
+    assert answer["scalars"]["mass"] == pytest.approx(46.811794)
+    again = RUN.invoke(app, ["design", "optimise", "gear_pair", "--output", str(file)])
+    assert again.exit_code == 1
+
+
+def test_an_infeasible_design_ends_with_status_1_and_its_limits(tmp_path: Path) -> None:
+    text = preset_text("flywheel_thresher").replace("stress = 6.4", "stress = 2.0")
+    file = tmp_path / "weak.toml"
+    file.write_text(text)
+    ran = RUN.invoke(app, ["design", "optimise", str(file), "--steps", "2"])
+    assert ran.exit_code == 1
+    assert "sqp: infeasible" in ran.output
+    assert "breaks stress" in ran.output
+
+
+def test_a_front_is_printed_and_one_that_is_none_is_refused() -> None:
+    ran = RUN.invoke(app, ["design", "front", "shaft_set_conflict", "--points", "5", "--json"])
+    points = json.loads(ran.output)["points"]
+    assert len(points) >= 4
+    assert points[0]["objectives"][0] == pytest.approx(1353.6, rel=1e-6)
+    assert RUN.invoke(app, ["design", "front", "gear_pair"]).exit_code == 1
+
+
+def test_the_verdict_tells_what_published_designs_break() -> None:
+    ran = RUN.invoke(app, ["design", "verdict", "flywheel_literature", "--steps", "8"])
+    assert "breaks stress (r = 0.15 m): 220.275 against 120 MPa" in ran.output
+    assert "optimum 12307074 J" in ran.output
+
+
+def test_a_method_that_is_not_for_the_problem_is_refused() -> None:
+    ran = RUN.invoke(app, ["design", "optimise", "gear_pair", "--method", "sqp"])
+    assert isinstance(ran.exception, RefusedDesign)
+    assert "method must be one of enumeration, de_standard" in ran.exception.message

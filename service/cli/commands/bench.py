@@ -77,3 +77,15 @@ def load(
 
     sizes = Sizes(rows=rows, singles=singles, plans=plans)
     raise SystemExit(0 if bench_load(sizes, markdown=markdown, postgresql=postgresql, sessions=sessions) else 1)
+
+
+@app.command()
+def designs(
+    markdown: Markdown = False,
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds from which each default method starts.")] = 3,
+    searches: Annotated[bool, typer.Option("--searches", help="Measure the published searches as well.")] = False,
+) -> None:
+    """Published designs evaluated again beside the optimum and its proof; speed; rates of the published searches."""
+    from service.bench.designs import bench_designs
+
+    raise SystemExit(0 if bench_designs(markdown=markdown, seeds=seeds, searches=searches) else 1)

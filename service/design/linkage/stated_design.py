@@ -7,8 +7,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from service.design.linkage_reading import StatedLinkage, read_body
-from service.design.mass_designs import (
+from service.design.linkage.chain_reading import StatedLinkage, read_body
+from service.design.linkage.mass_designs import (
     Counterweights,
     MassDesign,
     MassNumbers,
@@ -16,7 +16,7 @@ from service.design.mass_designs import (
     number_variables,
     point_variables,
 )
-from service.design.mass_limits import MassLimit
+from service.design.linkage.mass_limits import MassLimit
 from service.design.reading import Table
 from service.design.study import Variable
 from service.mechanics.bodies import Body, FloatArray, as_three_points

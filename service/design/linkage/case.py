@@ -10,9 +10,9 @@ import numpy as np
 
 from service.design.findings import of_error
 from service.design.heading import Heading, begin
-from service.design.linkage_design import StatedAim, StatedDesign, read_aim, read_design
-from service.design.linkage_reading import StatedLinkage, noted, read_linkage
-from service.design.reading import Problems
+from service.design.linkage.chain_reading import StatedLinkage, read_linkage
+from service.design.linkage.stated_design import StatedAim, StatedDesign, read_aim, read_design
+from service.design.reading import Problems, refused
 from service.design.study import Document
 from service.errors import NumericsError
 from service.mechanics.bodies import FloatArray
@@ -108,11 +108,11 @@ def read_case(document: Document) -> tuple[LinkageCase | None, Problems]:
     else:
         root.table("design", optional=True)
     root.close()
-    if stated is None or noted(problems):
+    if stated is None or refused(problems):
         return None, problems
     try:
         moving = motion(stated.linkage, whole_turn(stated.samples), stated.speed)
-    except NumericsError as refused:
-        problems.found.append(of_error(refused, "linkage"))
+    except NumericsError as error:
+        problems.found.append(of_error(error, "linkage"))
         return None, problems
     return LinkageCase(heading, stated, design, aim, moving), problems

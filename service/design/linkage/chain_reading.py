@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import get_args
 
 from service.design.findings import of_error
-from service.design.reading import Problems, Table
+from service.design.reading import Table, refused
 from service.errors import NumericsError
 from service.mechanics.bodies import Body
 from service.mechanics.chain import Dyad, Link, Linkage, Side
@@ -44,13 +44,13 @@ def read_linkage(root: Table) -> StatedLinkage | None:
     crank = table.text("crank")
     moment_point = table.text("moment_point", default="") or None
     table.close()
-    if any(one.severity == "refusal" for one in problems.found):
+    if refused(problems):
         return None
     stated = StatedLinkage(Linkage(ground, crank, links, dyads, moment_point, gravity), speed, samples)
     try:
         _ = stated.linkage.layout
-    except NumericsError as refused:
-        problems.found.append(of_error(refused, "linkage"))
+    except NumericsError as error:
+        problems.found.append(of_error(error, "linkage"))
         return None
     return stated
 
@@ -97,8 +97,3 @@ def _dyad(table: Table) -> Dyad:
     carrier = table.text("carrier", default="") or None
     table.close()
     return Dyad(joint, (first, second), side, carrier)
-
-
-def noted(problems: Problems) -> bool:
-    """Whether anything was refused so far."""
-    return any(one.severity == "refusal" for one in problems.found)

@@ -8,15 +8,17 @@ from itertools import product
 import numpy as np
 
 from service.design.documents import patched
-from service.design.linkage_case import LinkageCase
-from service.design.linkage_design import StatedDesign
-from service.design.mass_limits import CONVEX, Sector, sectors
-from service.design.study import DesignProblem, Document, FrontProblem
+from service.design.linkage.case import LinkageCase
+from service.design.linkage.mass_designs import MassDesign
+from service.design.linkage.mass_limits import CONVEX, LimitSet, Sector, sectors
+from service.design.linkage.stated_design import StatedDesign
+from service.design.study import DesignProblem, Document
 from service.design.units import UNITS, unit_of
 from service.mechanics.bodies import FloatArray
 from service.mechanics.dynamics import Quantity
+from service.optimize.epsilon import TwoObjectives
 from service.optimize.problem import Continuous, MixedProblem
-from service.optimize.smooth import Constraints, Objective, SmoothProblem
+from service.optimize.smooth import Constraints, Objective, SmoothProblem, unconstrained
 
 
 def linkage_problem(case: LinkageCase, design: StatedDesign, document: Document) -> DesignProblem:
@@ -25,7 +27,8 @@ def linkage_problem(case: LinkageCase, design: StatedDesign, document: Document)
     lower = np.array([one.lower for one in variation.variables])
     upper = np.array([one.upper for one in variation.variables])
     start = np.clip(design.present, lower, upper)[None]
-    regions = [_constraints(case, design, choice) for choice in _choices(case, design)]
+    masses = _Masses(variation)
+    regions = [_constraints(case, design, choice, masses) for choice in _choices(case, design)]
     convex = variation.linear and all(limit.kind in CONVEX for limit in design.limits)
 
     def smooth(objective: Objective) -> tuple[SmoothProblem, ...]:
@@ -33,17 +36,19 @@ def linkage_problem(case: LinkageCase, design: StatedDesign, document: Document)
 
     def through(of_p: Callable[[FloatArray], tuple[float, FloatArray]]) -> Objective:
         def objective(x: FloatArray) -> tuple[float, FloatArray]:
-            value, slope = of_p(variation.numbers(x))
-            return value, slope @ variation.slopes(x)
+            p, slopes = masses.at(x)
+            value, slope = of_p(p)
+            return value, slope @ slopes
 
         return objective
 
     units = case.heading.units
     factors = [UNITS[name][unit_of(name, units)] for name in ("length", "mass", "inertia")]
-    fronts: tuple[FrontProblem, ...] = ()
+    front, names = None, None
     if case.aim.front is not None:
         first, second = (through(_square(case, name)) for name in case.aim.front)
-        fronts = tuple(FrontProblem(one, second, np.sqrt) for one in smooth(first))
+        front = TwoObjectives(smooth(first), second, power=2)
+        names = (f"{case.aim.front[0]}_ratio", f"{case.aim.front[1]}_ratio")
     return DesignProblem(
         variables=variation.variables,
         objective_name="aim",
@@ -51,9 +56,23 @@ def linkage_problem(case: LinkageCase, design: StatedDesign, document: Document)
         alternatives=smooth(through(case.aimed_with_slope)),
         apply=lambda x: patched(document, variation.patch(x, *factors)),
         mixed=_mixed(case, design),
-        front_names=None if case.aim.front is None else tuple(f"{n}_ratio" for n in case.aim.front),  # type: ignore[arg-type]
-        fronts=fronts,
+        front_names=names,
+        front=front,
     )
+
+
+class _Masses:
+    """Mass numbers and their slopes at the last point asked for: objectives and limits ask one after the other."""
+
+    def __init__(self, variation: MassDesign) -> None:
+        self._variation = variation
+        self._last: tuple[bytes, tuple[FloatArray, FloatArray]] | None = None
+
+    def at(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        key = x.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = (key, (self._variation.numbers(x), self._variation.slopes(x)))
+        return self._last[1]
 
 
 def _square(case: LinkageCase, name: Quantity) -> Callable[[FloatArray], tuple[float, FloatArray]]:
@@ -77,20 +96,20 @@ def _choices(case: LinkageCase, design: StatedDesign) -> list[tuple[Sector, ...]
     return list(product(*options))
 
 
-def _constraints(case: LinkageCase, design: StatedDesign, choice: tuple[Sector, ...]) -> Constraints:
-    variation, limits = design.variation, design.limits
+def _constraints(case: LinkageCase, design: StatedDesign, choice: tuple[Sector, ...], masses: _Masses) -> Constraints:
+    limits = design.limits
+    if not limits and not choice:
+        return unconstrained
     flat = np.zeros((2 * len(choice), len(case.base)))
     for k, sector in enumerate(choice):
         flat[2 * k : 2 * k + 2, 4 * sector.link : 4 * sector.link + 4] = sector.slopes()
 
+    limit_set = LimitSet.of(limits)
+
     def constraints(x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        p = variation.numbers(x)
-        bodies = p.reshape(-1, 4)
-        g = np.array([float(limit.scaled(bodies[limit.link])) for limit in limits])
-        slopes = np.zeros((len(limits), len(p)))
-        for k, limit in enumerate(limits):
-            slopes[k, 4 * limit.link : 4 * limit.link + 4] = limit.slope(bodies[limit.link])
-        return np.concatenate([g, flat @ p]), np.concatenate([slopes, flat]) @ variation.slopes(x)
+        p, by_x = masses.at(x)
+        g, slopes = limit_set.at(p.reshape(-1, 4))
+        return np.concatenate([g, flat @ p]), np.concatenate([slopes, flat]) @ by_x
 
     return constraints
 

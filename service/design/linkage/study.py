@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from service.design.findings import Finding, RefusedDesign, finding
-from service.design.linkage_case import LinkageCase, read_case
-from service.design.linkage_problem import linkage_problem
-from service.design.mass_designs import PointMasses
-from service.design.mass_limits import angle_check
+from service.design.linkage.case import LinkageCase, read_case
+from service.design.linkage.mass_designs import PointMasses
+from service.design.linkage.mass_limits import angle_check
+from service.design.linkage.problem import linkage_problem
 from service.design.study import Curve, DesignProblem, Document, LimitCheck, Scalar, Simulation, limit_check
 from service.errors import NumericsError
 from service.mechanics.bodies import Body, as_three_points, check_body

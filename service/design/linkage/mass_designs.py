@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -60,9 +61,9 @@ class Counterweights:
     def numbers(self, x: FloatArray) -> FloatArray:
         """Mass numbers (..., 4 links) with the discs."""
         discs = self.discs(x)
-        p = np.broadcast_to(self.base, (*x.shape[:-1], len(self.base))).reshape(*x.shape[:-1], -1, 4).copy()
-        for k, (link, _) in enumerate(self.links):
-            p[..., link, :] += discs[..., k, :]
+        p = np.empty((*x.shape[:-1], len(self.base) // 4, 4))
+        p[...] = self.base.reshape(-1, 4)
+        p[..., [link for link, _ in self.links], :] += discs
         return p.reshape(*x.shape[:-1], -1)
 
     def discs(self, x: FloatArray) -> FloatArray:
@@ -126,16 +127,20 @@ class MassNumbers:
     variables: tuple[Variable, ...]
     linear: bool = True
 
+    @cached_property
+    def _slopes(self) -> FloatArray:
+        result = np.zeros((len(self.base), 4 * len(self.links)))
+        for k, (link, _) in enumerate(self.links):
+            result[4 * link : 4 * link + 4, 4 * k : 4 * k + 4] = np.eye(4)
+        return result
+
     def numbers(self, x: FloatArray) -> FloatArray:
         """Mass numbers (..., 4 links) with the changed links."""
         return _replaced(self.base, self.links, x.reshape(*x.shape[:-1], -1, 4))
 
-    def slopes(self, x: FloatArray) -> FloatArray:
+    def slopes(self, x: FloatArray) -> FloatArray:  # noqa: ARG002  the same everywhere
         """Derivatives (4 links, d)."""
-        result = np.zeros((len(self.base), len(x)))
-        for k, (link, _) in enumerate(self.links):
-            result[4 * link : 4 * link + 4, 4 * k : 4 * k + 4] = np.eye(4)
-        return result
+        return self._slopes
 
     def patch(self, x: FloatArray, length: float, mass: float, inertia: float) -> Mapping[str, Any]:
         """The changed bodies as the document states them."""
@@ -165,9 +170,9 @@ def number_variables(name: str, body: Body, mass: float, moment: float, inertia:
 
 
 def _replaced(base: FloatArray, links: tuple[tuple[int, str], ...], each: FloatArray) -> FloatArray:
-    p = np.broadcast_to(base, (*each.shape[:-2], len(base))).reshape(*each.shape[:-2], -1, 4).copy()
-    for k, (link, _) in enumerate(links):
-        p[..., link, :] = each[..., k, :]
+    p = np.empty((*each.shape[:-2], len(base) // 4, 4))
+    p[...] = base.reshape(-1, 4)
+    p[..., [link for link, _ in links], :] = each
     return p.reshape(*each.shape[:-2], -1)
 
 

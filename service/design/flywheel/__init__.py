@@ -1,0 +1,1 @@
+"""The flywheel study: thickness of a rotating disc over its radius."""
