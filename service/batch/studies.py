@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.balancing.rotor.phasors import phasor, polar
+from service.balancing.selection import compiled
 from service.batch.drawn_answers import Prepared, answer, prepare
 from service.batch.executors import executor
 from service.engine.log_replay import last_problem
@@ -21,6 +22,8 @@ TOGETHER = 2_000
 """Draws that are answered together."""
 FEW_DRAWS = 50_000
 """Draws that one process answers together sooner than others have started."""
+WORTH_COMPILING = 20_000
+"""Draws that gain more from compiled loops than compiling takes."""
 PER_PIECE = 8
 """Draws that go to a worker at once: enough to outlast the way there, few enough to share out evenly."""
 
@@ -97,17 +100,25 @@ def study(
     size = TOGETHER if together else PER_PIECE
     pieces = [range(start, min(start + size, draws)) for start in range(0, draws, size)]
     few = together and draws <= FEW_DRAWS and cluster is None
+    compiling = together and draws >= WORTH_COMPILING
     found: dict[int, tuple[Draw, ...]] = {}
     with executor(1 if few else workers, cluster) as where:
-        work = {where.submit(draw_some, last, piece, seed, scatter): piece for piece in pieces}
+        work = {where.submit(draw_some, last, piece, seed, scatter, compiling=compiling): piece for piece in pieces}
         for future in as_completed(work):
             found[work[future].start] = future.result()
             progress(sum(len(some) for some in found.values()))
     return _summed(last, itself, [one for piece in pieces for one in found[piece.start]])
 
 
-def draw_some(log: SessionLog, numbers: Sequence[int], seed: int, scatter: float | None) -> tuple[Draw, ...]:
-    """The answers of these draws, together where that is possible; runs on a worker."""
+def draw_some(
+    log: SessionLog, numbers: Sequence[int], seed: int, scatter: float | None, *, compiling: bool = False
+) -> tuple[Draw, ...]:
+    """The answers of these draws, together where that is possible; runs on a worker.
+
+    compiling: whether there are enough draws in all to compile the search's loops for.
+    """
+    if compiling:
+        compiled.load()
     prepared = prepared_of(log, scatter)
     if prepared is None:
         return tuple(_alone(log, number, seed, scatter) for number in numbers)

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
-from service.balancing.selection.batch.regions import Ellipsoids, Objectives, ellipsoids, systems_of
+from service.balancing.selection.batch.regions import Ellipsoids, Objectives, Systems, ellipsoids, systems_of
 from service.balancing.selection.batch.tables import PlaneRows, Shared
+from service.balancing.selection.compiled import NORMS, loops
 from service.balancing.selection.exact.incumbents import TIE
 from service.balancing.selection.exact.plane_table import Reading
 from service.balancing.selection.exact.search import Stop, never, solve_exact
@@ -91,6 +92,7 @@ class _Found:
             self._alone(int(which[0]), stop)
             guess = self.value[which[0]] - float(systems.floor[0])
         above = np.full(len(which), max(FIRST_STEP * guess, 1e-12))
+        self._compiled(which, objectives, systems, float(above[0]))
         left = np.flatnonzero(systems.solvable & ~self.proved[which])
         for _ in range(MOST_ROUNDS):
             if not len(left) or stop():
@@ -106,6 +108,42 @@ class _Found:
         for number in which[~self.proved[which]].tolist():
             self._alone(number, stop)
         return float(np.quantile(self.value[which] - systems.floor, QUANTILE)) / FIRST_STEP + 1e-300
+
+    def _compiled(self, which: IntArray, objectives: Objectives, systems: Systems, level: float) -> None:
+        """Solve square problems of two planes by the compiled loop, where it is loaded."""
+        compiled, square = loops(), systems.dual is None
+        if compiled is None or not square or len(self.planes) != 2 or not systems.solvable.all():
+            return
+        region = ellipsoids(systems, np.ones(len(which)))
+        spread = np.linalg.inv(region.form)
+        grids, planes = [], []
+        for plane in self.shared.planes:
+            table = plane.table
+            grids.append((table.vector, table.start, table.low, table.width, table.columns, table.rows))
+            planes.append((table.vector, complex(plane.fixed), plane.items, plane.order))
+        fixed = np.array([plane.fixed for plane in self.shared.planes])
+        value, rows, proved = compiled.pairs(
+            objectives.matrix,
+            objectives.offset,
+            objectives.weights,
+            NORMS[objectives.norm],
+            region.centre[:, 0::2] + 1j * region.centre[:, 1::2] - fixed,
+            np.sqrt(np.stack([spread[:, 2 * p, 2 * p] for p in range(2)], axis=1)),
+            level,
+            STEP,
+            MOST_ROUNDS,
+            grids[0],
+            planes[0],
+            grids[1],
+            planes[1],
+            np.append(self.shared.stock.counts, np.iinfo(np.int64).max),
+            self.shared.stock_binds,
+        )
+        done = which[proved]
+        self.value[done], self.rows[done], self.proved[done] = value[proved], rows[proved], True
+        self.vectors[done] = np.stack([p.sums[rows[proved, i]] for i, p in enumerate(self.shared.planes)], axis=1)
+        for number in set(done.tolist()) & set(self.others):
+            self.others.pop(number)
 
     def _alone(self, number: int, stop: Stop) -> None:
         """Solve one problem by the exact search."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar, cast
 
 import numpy as np
@@ -36,10 +37,15 @@ class PlaneRows:
     rank: IntArray
     fixed: complex
 
-    @property
+    @cached_property
     def sums(self) -> ComplexArray:
         """Vector sums (n,) with what is fixed, g."""
         return self.table.vector + self.fixed
+
+    @cached_property
+    def order(self) -> FloatArray:
+        """Pieces, mass, scarcity and rank (n, 4), in the order in which they tell equals apart."""
+        return np.stack([self.pieces, self.mass_g, self.scarcity, self.rank], axis=1).astype(np.float64)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ EXPECTED = 4.0
 """Joint selections that the first level is sized to hold."""
 
 FEW_ENOUGH = 1e4
-"""Joint selections that are looked at rather than passing over every plane again at a higher level."""
+"""Joint selections that are looked at in any case rather than passing over every plane again at a higher level."""
 
 
 def first_level(bounds: Bounds, splits: list[Split], highest: float) -> Generator[None, None, float]:
@@ -25,7 +25,8 @@ def first_level(bounds: Bounds, splits: list[Split], highest: float) -> Generato
         density += math.log(max(_density(split, u), 1e-9))
     if bounds.dual is None:
         whole = ellipsoid(bounds, highest)
-        if whole is not None and density + _log_volume(whole) <= math.log(FEW_ENOUGH):
+        enough = max(FEW_ENOUGH, sum(split.asked for split in splits) / 2.0)
+        if whole is not None and density + _log_volume(whole) <= math.log(enough):
             return highest
     above, too_low = max(highest - bounds.floor, 0.0), 0.0
     while above > 1.5 * too_low:

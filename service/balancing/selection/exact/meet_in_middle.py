@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray, IntArray
+from service.balancing.selection.compiled import Loops, loops
 from service.balancing.selection.exact.plane_table import Ellipse, Reading, Table, length2, table_of
 from service.balancing.selection.exact.subsets import Placements, Sums, gathered, levels_of, many_of
 from service.balancing.selection.problem import BoolArray
@@ -26,6 +27,10 @@ LOOKED_AT = 60_000
 """Points that are looked at between two stops."""
 LARGEST_TABLE = 150_000_000
 """Bytes of one plane's table without its grid."""
+COMPILED_LOOKS = 200_000
+"""Rests and points that the compiled loop looks at between two stops."""
+WORTH_COMPILING = 20_000
+"""Rests from which the compiled loop is quicker."""
 SHORT_TABLE = 10_000
 """Entries of a table that take less time to list than the rests which it saves."""
 
@@ -115,21 +120,28 @@ def _apart(placements: Placements, most: int) -> bool:
     return longer * entry_bytes(most) <= LARGEST_TABLE and longer < many_of(placements, None, max(most // 2, 1))
 
 
-def split_of(placements: Placements, most: int) -> Generator[None, None, Split | None]:
-    """Split selections of up to `most` pieces; yields now and then, for a stop. None where its table grows too long."""
+def split_of(placements: Placements, most: int, known: Table | None = None) -> Generator[None, None, Split | None]:
+    """Split selections of up to `most` pieces; yields now and then, for a stop. None where its table grows too long.
+
+    known: the table of the same plane for fewer pieces, which may do again.
+    """
     if _apart(placements, most):
         return (yield from _by_position(placements, most))
     depth = depth_of(placements, most)
     if not depth:
         return None
-    levels = yield from levels_of(placements, np.arange(placements.none), depth)
-    everything = yield from gathered(placements, levels, depth)
-    table = yield from table_of(everything.index, everything.vector)
+    table = known
+    if table is None or table.index.shape[1] != depth:
+        levels = yield from levels_of(placements, np.arange(placements.none), depth)
+        everything = yield from gathered(placements, levels, depth)
+        del levels
+        table = yield from table_of(everything.index, everything.vector)
+    full = bool((table.index[:, -1] != placements.none).any())
     nothing = _alone(placements, Sums(np.empty((1, 0), np.int64), np.zeros(1, np.complex128)), "whole")
     rests = [nothing]
     pivot = placements.none // 2 - 1
     for side, subset in (("low", np.arange(pivot + 1)), ("high", np.arange(pivot + 1, placements.none))):
-        deepest = most - depth if len(levels) > depth and len(levels[depth]) else 0
+        deepest = most - depth if full else 0
         parents = yield from levels_of(placements, subset, deepest - 1)
         for size, level in enumerate(parents[: max(deepest, 0)], start=1):
             if len(level):
@@ -168,8 +180,14 @@ def _grown(
 def near(split: Split, ellipse: Ellipse) -> Generator[Sums, None, None]:
     """Find the selections whose sum lies in the ellipse, in chunks. A chunk may be empty: a moment at which to stop."""
     reading = Reading.of(ellipse, split.table.margin)
+    compiled = loops() if split.asked > WORTH_COMPILING else None
     for rests in split.rests:
-        for parent, grown, point in _met(split, rests, ellipse, reading):
+        met = (
+            _met(split, rests, ellipse, reading)
+            if compiled is None
+            else _met_by(compiled, split, rests, ellipse, reading)
+        )
+        for parent, grown, point in met:
             yield _joined(split, rests, parent, grown, point)
 
 
@@ -192,6 +210,37 @@ def _met(
             inside = length2(ellipse.turn, away) <= ellipse.radius**2
             asked = asked[inside]
             yield parent[asked], grown[asked], point[inside]
+
+
+def _met_by(
+    compiled: Loops, split: Split, rests: Rests, ellipse: Ellipse, reading: Reading
+) -> Generator[tuple[IntArray, IntArray, IntArray], None, None]:
+    """Find the same as `_met`, by the compiled loop."""
+    table = split.table
+    parent, child = 0, 0
+    while parent < len(rests.vector):
+        parents, children, points, parent, child = compiled.met(
+            rests.vector,
+            rests.begin,
+            rests.grow,
+            split.placements.vector[rests.grow],
+            parent,
+            child,
+            COMPILED_LOOKS,
+            complex(ellipse.centre),
+            reading.half_x,
+            reading.slope,
+            reading.half_y,
+            ellipse.turn,
+            ellipse.radius**2,
+            complex(table.low),
+            float(table.width),
+            table.columns,
+            table.rows,
+            table.start,
+            table.vector,
+        )
+        yield parents, rests.grow[children], points
 
 
 def _points(begin: IntArray, end: IntArray) -> Generator[tuple[IntArray, IntArray], None, None]:

@@ -23,7 +23,7 @@ from service.balancing.selection.exact.level_ellipsoid import Ellipsoid, ellipso
 from service.balancing.selection.exact.local_search import descend
 from service.balancing.selection.exact.meet_in_middle import Split, near, split_of
 from service.balancing.selection.exact.plane_join import Ceiling, Joint, PlaneList, combine, combine_up_to
-from service.balancing.selection.exact.plane_table import Ellipse
+from service.balancing.selection.exact.plane_table import Ellipse, Table
 from service.balancing.selection.exact.presolve import Opened
 from service.balancing.selection.exact.subsets import Sums, placements_of
 from service.balancing.selection.objectives import evaluate
@@ -97,6 +97,7 @@ class Search:
             self.offer(whole.narrow(start))
         self.floor = 0.0
         self.exhausted = False
+        self.tables: dict[int, Table] = {}
         self._told: tuple[list[Entry], tuple[Selection, ...], tuple[float, ...]] = ([], (), ())
 
     def state(self, *, proved: bool = False) -> ExactState:
@@ -203,9 +204,11 @@ def _splits(search: Search, rung: int) -> Generator[ExactState, None, list[Split
             splits.append(splits[same])
             continue
         placements = placements_of(plane, problem.stock, most)
-        split = yield from meanwhile(search.state, split_of(placements, placements.most))
+        known = search.tables.get(p)
+        split = yield from meanwhile(search.state, split_of(placements, placements.most, known))
         if split is None:
             return None
+        search.tables[p] = split.table
         splits.append(split)
     return splits
 

@@ -44,7 +44,7 @@ MOST_ASKED_LAST = 2e9
 """Rests that the last rung may ask for: ten minutes."""
 LONG = 250
 """Steps of the last rung before parts of the problem are searched in between: shorter searches need no help."""
-EVERY = 8
+EVERY = 16
 """Steps of the last rung for each step of a search in between."""
 STEPS_A_PART = 150
 """Steps of the search of one part of the problem."""
