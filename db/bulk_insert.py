@@ -1,4 +1,4 @@
-"""Readings by the thousand: past the ORM, few statements a batch.
+"""Bulk insert of readings past the ORM, in few statements a batch.
 
 SQLite takes hundreds of rows a statement. Its driver lets other threads go on during each statement, and where one of
 them computes, the interpreter comes back milliseconds later: once a row, with `executemany`. PostgreSQL takes one array

@@ -1,4 +1,4 @@
-"""Mends what needs no guess: a scatter that is rounding error becomes null, in runs, with a line of history.
+"""Mend stored scatter that is rounding error: it becomes null, with a line of history.
 
 Used by migration 0011 and by `drumtrue repair`; what it does to a document must not change. A run of a closed session
 is mended only where it cannot be read: its session is sealed anew, by a line `repaired` that holds both digests.

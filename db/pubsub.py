@@ -1,4 +1,4 @@
-"""Word of what was stored, to whoever waits for it: in this process at once, in others over one PostgreSQL by NOTIFY.
+"""Publish and subscribe to stored changes: in this process at once, in others by PostgreSQL's NOTIFY.
 
 A notice carries no data, only the key of a machine or a session that something was stored of; who is woken looks for
 itself. So a notice may be lost (a cut connection, a crash) or come twice: the one costs a delay, the other a look.

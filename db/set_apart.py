@@ -1,4 +1,4 @@
-"""Rows whose documents cannot be read: named as they are loaded, left out of lists, found by a scan of the tables."""
+"""Set apart rows whose documents cannot be read: named when loaded, left out of lists."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all drivers do alike: open and close, the promises of the protocol, the counters."""
+"""Base of all drivers: opening and closing, counters, the promises of the protocol."""
 
 from __future__ import annotations
 

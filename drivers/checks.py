@@ -1,4 +1,4 @@
-"""Rules on values, in the words of the error: which value, which rule, what to do."""
+"""Checks of values: errors name the value, the rule and what to do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is opened and closed, or used in a with block: drivers, spools, ports, files."""
+"""Bases of what is opened and closed or used in a with block: drivers, spools, ports, files."""
 
 from __future__ import annotations
 

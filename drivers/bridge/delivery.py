@@ -1,4 +1,4 @@
-"""From the spool to the service: batch by batch, in order, again and again while the service is away."""
+"""Deliver the spool to the service batch by batch, in order, retrying while it is away."""
 
 from __future__ import annotations
 

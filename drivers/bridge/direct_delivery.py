@@ -1,4 +1,4 @@
-"""Past the spool, where what is delivered is on disk at once: into the database of this very process.
+"""Deliver past the spool, into the database of this process.
 
 The spool stays the way for all else: while it holds anything, while the database refuses, and for a batch that is not
 stored within a bounded time. Such a batch may be stored in the end as well as spooled: delivery is at least once.

@@ -1,4 +1,7 @@
-"""The way out to the service: readings posted in batches. The service stores each (source, sequence) once."""
+"""Deliver readings to the service over HTTP, in batches.
+
+The service stores each (source, sequence) once.
+"""
 
 from __future__ import annotations
 

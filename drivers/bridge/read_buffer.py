@@ -1,4 +1,4 @@
-"""What was read and is not in the spool yet: bounded, between the thread that reads and the one that keeps."""
+"""Bounded queue between the thread that reads and the one that spools."""
 
 from __future__ import annotations
 

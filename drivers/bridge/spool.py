@@ -1,4 +1,4 @@
-"""What waits for the service: on disk, in order, until it is acknowledged.
+"""Durable FIFO of readings awaiting acknowledgement (SQLite).
 
 One file, one bridge. What was put once is never put again, nor is what was acknowledged and came again meanwhile:
 the highest number of each source is kept. The oldest is kept: when the spool is full, new readings are refused.

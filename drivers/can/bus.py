@@ -1,4 +1,4 @@
-"""Opening a CAN bus by python-can's names, and saying in words why it cannot be had."""
+"""Open a CAN bus by python-can's names, and explain why it cannot be opened."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is done with the frames of each message that a mapping names: worked out once, before the first frame.
+"""Decode plan of each mapped message, prepared before the first frame.
 
 cantools does not tell standard from extended identifiers when it looks one up; here they are keys of their own.
 """

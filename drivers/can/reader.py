@@ -1,4 +1,4 @@
-"""The process that drains a bus: `python -m drivers.can.reader ADDRESS`, frames to its output until its input closes.
+"""Process that drains a bus: `python -m drivers.can.reader ADDRESS`, frames to its output until its input closes.
 
 It decodes nothing and waits for nobody: what its reader has not taken yet is kept here, up to minutes of a full bus.
 """

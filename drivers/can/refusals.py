@@ -1,4 +1,4 @@
-"""Why frames gave no reading: the reasons, what each means and what to do, and the table that tells them."""
+"""Reasons why frames gave no reading: what each means, what to do, and the table that tells them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a key stands in a TOML file: the parser does not tell, and an error should name the line."""
+"""Line of a key in a TOML file, for error messages."""
 
 from __future__ import annotations
 

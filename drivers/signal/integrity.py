@@ -1,4 +1,4 @@
-"""What is wrong with samples before anything is computed from them: clipped tops, dropouts."""
+"""Integrity of samples: clipped tops and dropouts."""
 
 from __future__ import annotations
 

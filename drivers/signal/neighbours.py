@@ -1,4 +1,4 @@
-"""A tone of another machine beside the 1x component."""
+"""Detect a tone of another machine near the 1x component."""
 
 from __future__ import annotations
 

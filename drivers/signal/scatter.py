@@ -1,4 +1,4 @@
-"""How far the 1x vector of a block may be off: its standard deviation, from sub-blocks.
+"""Standard deviation of the 1x vector of a block, from sub-blocks.
 
 The block is cut into sub-blocks of whole turns; each gives a vector of its own under a Hann taper. Their standard
 deviation, times the root of the ratio of effective samples (sum w)^2 / sum w^2 of a sub-block and of the block, is that

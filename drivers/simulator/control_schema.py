@@ -1,4 +1,4 @@
-"""What can be done to a simulated drum from outside, as JSON: strict about names and types, all or nothing."""
+"""Control messages of the simulated drum as JSON: strict about names and types, all or nothing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulated drum as a running thing: rounds of readings out in batches, until told to stop."""
+"""Run the simulated drum: rounds of readings in batches, until stopped."""
 
 from __future__ import annotations
 

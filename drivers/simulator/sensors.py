@@ -1,4 +1,4 @@
-"""What a sensor and a key-phasor make of the motion: amplitude in the sensor's unit, phase as the rotor turns.
+"""Sensor model: amplitude in the sensor's unit, phase as the rotor turns.
 
 A sensor's signal is x(t) = Re(p exp(j w t)) in its quantity; its positive peak comes when w t = -arg p. The mark passes
 the pick-up, which stands at its own angle k in the frame, when s w t = k. The lag is what the rotor turns from the one

@@ -1,4 +1,4 @@
-"""Nobody does what they may not: every request is matched with its operation before anything of it is read.
+"""Authorization middleware: checks the token's scope before the body is read.
 
 Who asks is told by a token (`authorization: Bearer`), else by the cookie of a login. On an address of this machine
 alone, as long as no token was created, whoever sits at the machine may do everything; the first token that is created

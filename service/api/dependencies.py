@@ -1,4 +1,4 @@
-"""What endpoints are handed."""
+"""Dependencies of the endpoints."""
 
 from __future__ import annotations
 

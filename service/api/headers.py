@@ -1,4 +1,4 @@
-"""What every answer tells a browser to refuse: scripts from elsewhere, guesses at its kind, frames around it."""
+"""Security headers of every answer: content policy, content type, framing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No request body longer than the service's limit, whatever its headers say."""
+"""Refuse request bodies above the service's limit, whatever their headers say."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which scopes may do which operation: the one place that says so.
+"""Scopes that each operation needs.
 
 An operation is a route's name. A route that is not named here is refused, whoever asks; a test sees that all are.
 """

@@ -1,4 +1,4 @@
-"""Every request with an identifier of its own, timed, counted, and told in the log."""
+"""Request telemetry: an identifier, the time taken, counters and one log line for each request."""
 
 from __future__ import annotations
 

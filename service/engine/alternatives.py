@@ -1,4 +1,4 @@
-"""Other answers to a plan's problem: for each number of masses, and under other circumstances."""
+"""Other answers to a plan's problem: the front over the number of masses, and what-if."""
 
 from __future__ import annotations
 

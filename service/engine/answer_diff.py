@@ -1,4 +1,4 @@
-"""Which answers of a log are not given again, and how: one line for each that changed."""
+"""Compare the answers of a log with those computed again: one line for each difference."""
 
 from __future__ import annotations
 

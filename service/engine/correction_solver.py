@@ -1,4 +1,4 @@
-"""From documents to corrections, without storage: what the service, `drumtrue solve` and the replay of logs share."""
+"""Solve a correction: from runs to continuous masses, without storage."""
 
 from __future__ import annotations
 

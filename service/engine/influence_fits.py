@@ -1,4 +1,4 @@
-"""Fits of every source: a session's runs, earlier sessions with them, saved coefficients, amplitudes alone."""
+"""Fit influence models from every source: runs, earlier sessions, saved coefficients, amplitudes alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Masses that stay on the rotor, and the limits they may break by themselves."""
+"""Limits that masses which stay on the rotor break by themselves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A session's answers again, from its log alone."""
+"""Solve a session log again, without storage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Documents to arrays and back: degrees, senses and names at one end, internal vectors at the other."""
+"""Map documents to arrays and back: degrees, senses and names on one side, internal vectors on the other."""
 
 from __future__ import annotations
 

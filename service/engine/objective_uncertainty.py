@@ -1,4 +1,4 @@
-"""What the measurement can tell of an objective: differences below its scatter are not worth a search."""
+"""Uncertainty of an objective: differences below the measurement's scatter are not worth a search."""
 
 from __future__ import annotations
 

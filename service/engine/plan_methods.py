@@ -1,4 +1,4 @@
-"""Which solvers a plan runs, under one deadline."""
+"""Run the methods of a plan under one deadline."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The discrete choice: from a correction and a box of stock masses to a plan, without storage."""
+"""Solve a plan: from a correction and a box of stock masses to placements, without storage."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules that go beyond the type of a field: names that must exist, angles that must be positions."""
+"""Validate what types cannot: names that must exist, angles that must be positions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Waiting for something to be stored, whichever process stores it."""
+"""Wait for a change notification, whichever process made the change."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every verb is handed: storage, the time, and a maker of identifiers."""
+"""Context of every use case: unit-of-work factory, clock and identifiers."""
 
 from __future__ import annotations
 

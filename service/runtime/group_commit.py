@@ -1,4 +1,4 @@
-"""Many small requests in one unit of work: a commit is what costs, and it costs the same for one reading as for fifty.
+"""Group commit: small concurrent requests share one unit of work.
 
 Whoever comes first does the work of all who have come meanwhile, and hands the next batch to the first who came while
 he did it. There is no pause: a request that is alone is done at once. Requests of an event loop wait in no thread: one

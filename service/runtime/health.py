@@ -1,4 +1,4 @@
-"""How the service is: whether its database answers and how fast, and how far each source is behind."""
+"""Health of the service: database latency and how far each source is behind."""
 
 from __future__ import annotations
 

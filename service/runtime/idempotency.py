@@ -1,4 +1,4 @@
-"""Requests that are sent again on a lost link are done once: a key, and what was answered under it.
+"""Idempotency keys: a retried request runs once and gets the stored answer.
 
 The key is claimed and its answer kept in the very unit of work that makes the change: there is never the one without
 the other. Only what was done is kept; what was refused changed nothing and is asked anew. Keys belong to their actor.

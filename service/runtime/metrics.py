@@ -1,4 +1,7 @@
-"""What one process counts of its work, for Prometheus. What is stored is asked of the database when it is scraped."""
+"""Prometheus counters of one process.
+
+What is stored is asked of the database when it is scraped.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""So many selections are computed at once in a process: each takes a core, and readings must still come in."""
+"""Limit concurrent selections in a process, so that ingest stays responsive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The history: read, and checked against what is stored."""
+"""Read the audit trail, and verify what is stored against it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a form asks for is done once, and only on what its page showed.
+"""Guard of forms: each is done once, and only on the state that its page showed.
 
 A form carries a key of its own: sent again - a lost answer, two taps - it is answered as the first time. A form of a
 session is refused in the very unit of work in which it would be done, if anything changed meanwhile.

@@ -1,4 +1,4 @@
-"""Scatter between runs: no two of them turn at quite the same speed.
+"""Scatter between runs that turn at slightly different speeds.
 
 The scatter stated with a reading is that of its mean within one run, and knows nothing of this. Yet the vector changes
 with the speed n: the force of an unbalance grows as n^2, and so does the displacement of a rotor well below its first

@@ -1,4 +1,4 @@
-"""Before the first trial: how large a mass, where, and what force it makes."""
+"""Suggested mass, place and force of the first trial mass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What to change on the rotor as it stands, and many pieces as few."""
+"""Trim: what to change on the rotor as it stands, and many pieces combined into few."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a correction and what it leads to may be off: ellipses, pieces not placed as planned, intervals."""
+"""Uncertainty of a correction and of what it leads to: ellipses, inexact placement, intervals."""
 
 from __future__ import annotations
 

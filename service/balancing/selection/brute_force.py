@@ -1,4 +1,4 @@
-"""Every selection of a small problem, tried: the judge of the other solvers.
+"""Brute force: every selection of a small problem, the judge of the other solvers.
 
 Kept plain on purpose. It knows no bound and no pruning; it refuses a problem that is too large to try.
 """

@@ -1,4 +1,4 @@
-"""Why no selection meets a limit: how near one comes, which constraint is in the way, what would make it possible."""
+"""Explain why no selection meets a limit: how near one comes, which constraint binds, what would help."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Modified Jaya on the selection problem: a good searcher that proves nothing.
+"""Modified Jaya on the selection problem: a metaheuristic without a proof.
 
 Each plane has as many slots as it takes pieces; a slot is a mass (0: left empty) and a position. With the improved
 rules positions lie on a circle and a member that breaks a limit is repaired by emptying slots; as published (thesis,

@@ -1,4 +1,4 @@
-"""What a selection problem must satisfy before any solver starts."""
+"""Validate a selection problem before a solver starts."""
 
 from __future__ import annotations
 

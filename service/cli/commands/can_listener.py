@@ -1,4 +1,4 @@
-"""`drumtrue serve --can`: a bus read into the database by the service itself, through the bridge's own code."""
+"""`drumtrue serve --can`: read a bus into the database, through the bridge's own code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`drumtrue serve --retain-days`: old raw readings rolled up once a day, beside the service."""
+"""`drumtrue serve --retain-days`: roll up old readings once a day."""
 
 from __future__ import annotations
 

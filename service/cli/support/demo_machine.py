@@ -1,4 +1,4 @@
-"""A simulated drum as the service is told of it: what a technician would type in, and no more."""
+"""A simulated drum as a technician would describe it to the service."""
 
 from __future__ import annotations
 

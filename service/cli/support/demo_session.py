@@ -1,4 +1,4 @@
-"""The loop a technician goes through, over HTTP, with a simulated drum in place of a real one."""
+"""A whole session over HTTP with a simulated drum."""
 
 from __future__ import annotations
 

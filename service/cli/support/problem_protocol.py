@@ -1,4 +1,4 @@
-"""What the server refuses before the application sees it: as problem JSON too."""
+"""HTTP protocol errors as problem JSON, before the application sees the request."""
 
 from __future__ import annotations
 

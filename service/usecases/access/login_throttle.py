@@ -1,4 +1,4 @@
-"""Tokens that were not good, counted: whoever tries too many waits."""
+"""Throttle clients after repeated authentication failures."""
 
 from __future__ import annotations
 

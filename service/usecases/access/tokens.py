@@ -1,4 +1,6 @@
-"""Tokens: who may do what over HTTP. A token's text is shown once, when it is created, and stored nowhere.
+"""Tokens: who may do what over HTTP.
+
+A token's text is shown once, when it is created, and stored nowhere.
 
 The text is `dt_ID_SECRET`. A row is found by ID; what is stored of SECRET is its SHA-256. A slow hash guards secrets
 that people choose, of which a list can be tried; this one is 160 bits from the operating system, which no list holds,

@@ -1,4 +1,4 @@
-"""Pieces held for a plan: a technician picks it, and nobody else can take its masses until they are fitted."""
+"""Reserve the pieces of a plan in stock until they are mounted."""
 
 from __future__ import annotations
 

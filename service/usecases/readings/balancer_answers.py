@@ -1,4 +1,4 @@
-"""What balancers answered themselves, for a session to be corrected by."""
+"""Store and list the answers of balancers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Readings from bridges: stored once however often they are sent."""
+"""Store readings from bridges, once however often they are sent."""
 
 from __future__ import annotations
 

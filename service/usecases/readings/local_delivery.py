@@ -1,4 +1,4 @@
-"""What a bridge delivers, into the database of this very process."""
+"""Store what a bridge delivers in the database of this process."""
 
 from __future__ import annotations
 

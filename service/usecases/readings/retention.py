@@ -1,4 +1,4 @@
-"""Raw readings kept for so many days, then one row a minute; what a run took of them is in the run and stays."""
+"""Retention: raw readings are kept for some days, then rolled up to one row a minute."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a reading or an answer belongs to: the machine behind its source or its session."""
+"""Route a reading or an answer to the machine behind its source or session."""
 
 from __future__ import annotations
 

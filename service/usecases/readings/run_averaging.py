@@ -1,4 +1,4 @@
-"""A run taken from the stored readings of a source: averaged as vectors, with their scatter.
+"""Average stored readings of a source into a run: vectors with their scatter.
 
 The scatter of readings that a source rounds is at least what its steps leave unknown
 (`service.balancing.influence.resolution`); the steps are found in the readings of the run and in those before it.

@@ -1,4 +1,4 @@
-"""How well the sources of readings are heard: when last, how often, and what is missing of late."""
+"""Health of the sources: last reading, rate and missing sequence numbers."""
 
 from __future__ import annotations
 

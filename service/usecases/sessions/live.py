@@ -1,4 +1,4 @@
-"""The running session as it is seen now: the newest readings, and whether a run may be taken.
+"""Live view of a session: the newest readings, and whether a run may be taken.
 
 A reading's place in time is when it was measured by the service's clock (`clocks.measured`): that alone tells whether
 it is fresh, within the window, or from after the machine was released.

@@ -1,4 +1,4 @@
-"""Sessions of another service, stored as they are there: from their logs, whole or not at all.
+"""Import sessions of another service from their logs, whole or not at all.
 
 Identifiers, numbers, times, state and version stay what they are; the machine and the boxes are found here by their
 identifier or name, or created. Stock is not touched: a box that comes with a session is created empty, nothing is held

@@ -1,4 +1,4 @@
-"""Where a session stands: the one next thing to do, from what is stored and nothing else."""
+"""Guide of a session: the step it is at, as the pages show it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a refused form held, in the words of its page: shown beside the newer state, so that nothing typed is lost."""
+"""Show what a refused form held next to the newer state, so that nothing typed is lost."""
 
 from __future__ import annotations
 

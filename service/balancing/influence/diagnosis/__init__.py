@@ -1,4 +1,4 @@
-"""What is wrong with the runs, the sensors or the planes, in words a technician can act on.
+"""Diagnosis of runs, sensors and planes.
 
 ======== ==================================================================
 findings the type of a finding, and what is known besides the vectors

@@ -1,4 +1,4 @@
-"""The best selections so far, and how two of equal value are told apart.
+"""Incumbents: the best selections so far, and the tie-break between equal ones.
 
 Order: objective (equal within `TIE`), then fewest pieces, then least mass, then the box's commonest masses, then the
 pieces themselves, so that the answer does not depend on the order in which it was found.

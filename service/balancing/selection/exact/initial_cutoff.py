@@ -1,4 +1,4 @@
-"""How high the exact search begins: a level whose ellipsoid should hold a few joint selections."""
+"""Initial cutoff: the level at which the exact search begins."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where every selection better than a given value must lie: an ellipsoid.
+"""Level ellipsoid: the region that holds every selection better than a given value.
 
 In the coordinates and rows of `bounds`, the following hold for Z(x) <= z, each a quadratic q <= 1:
 

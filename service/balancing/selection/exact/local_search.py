@@ -1,4 +1,4 @@
-"""Quick improvement of a selection: change, add or take off one piece at a time, always the one that helps most."""
+"""Local search: change, add or take off one piece at a time, the best change first."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a plane's selections fall into two parts that meet: one of them in a table, the other asked of it.
+"""Meet in the middle: split a plane's selections into a table and rests that are looked up in it.
 
 Placements stand in a fixed order, cut in two at the pivot. Of a selection of n pieces, in order, the first n - t are
 all below the pivot or the last n - t are all above it, as long as n <= 2 t + 1. So with a table of all selections of up

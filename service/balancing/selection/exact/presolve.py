@@ -1,4 +1,4 @@
-"""The problem without the planes that take no piece at all, or whose pieces move nothing."""
+"""Presolve: reduce a problem to the planes and items that can matter, and map its selections back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far a plane's stock masses can reach: an outer polygon of its vector sums."""
+"""Reachable set: an outer polygon of the vector sums that a plane's stock masses can make."""
 
 from __future__ import annotations
 
