@@ -8,8 +8,9 @@ from collections.abc import Iterator, Mapping
 from importlib import resources
 from typing import Any
 
-from service.design.findings import RefusedDesign, finding
+from service.design.findings import refusal
 from service.design.reading import told
+from service.messages import Message
 
 VERSION = 1
 MOST_BYTES = 1_000_000
@@ -22,16 +23,15 @@ def read_document(text: str) -> dict[str, Any]:
     """The tables of a document; JSON where it begins with a brace, TOML otherwise. Raises RefusedDesign."""
     size = len(text.encode(errors="replace"))
     if size > MOST_BYTES:
-        raise RefusedDesign([finding("design_too_large", value=size, params={"most": MOST_BYTES})])
+        raise refusal(Message("design_too_large", value=size, most=MOST_BYTES))
     is_json = text.lstrip()[:1] == "{"
     try:
         document = json.loads(text) if is_json else tomllib.loads(text)
     except (ValueError, RecursionError) as wrong:
-        kind = {"format": "JSON" if is_json else "TOML"}
-        raise RefusedDesign([finding("design_not_a_document", value=str(wrong), params=kind)]) from None
+        format_ = "JSON" if is_json else "TOML"
+        raise refusal(Message("design_not_a_document", value=str(wrong), format=format_)) from None
     if not isinstance(document, dict):
-        kind = {"format": "a table of fields"}
-        raise RefusedDesign([finding("design_not_a_document", value=told(document), params=kind)])
+        raise refusal(Message("design_not_a_document.table", value=told(document)))
     return document
 
 
@@ -43,9 +43,7 @@ def presets() -> tuple[str, ...]:
 def preset_text(name: str) -> str:
     """The file of a published system, TOML. Raises RefusedDesign for an unknown name."""
     if name not in presets():
-        raise RefusedDesign(
-            [finding("design_name_unknown", field="name", value=name, params={"known": ", ".join(presets())})]
-        )
+        raise refusal(Message("design_name_unknown", field="name", value=name, known=", ".join(presets())))
     return (resources.files("service.design") / "presets" / f"{name}.toml").read_text(encoding="utf-8")
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from service.design.documents import VERSION
 from service.design.reading import Problems, Table, read_units
+from service.messages import Message
 
 MOST_PUBLISHED = 50
 
@@ -42,7 +43,7 @@ def begin(document: Mapping[str, Any]) -> tuple[Table, Problems, Heading]:
     study = root.text("study")
     version = root.whole("version", least=1, most=1_000_000)
     if version != VERSION and "version" in root:
-        problems.add("design_version_unknown", field="version", value=version, known=VERSION)
+        problems.add(Message("design_version_unknown", field="version", value=version, known=VERSION))
     title = root.text("title", default="")
     root.text("note", default="")
     read_units(root)

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from service.design.findings import RefusedDesign, finding
+from service.design.findings import refusal
 from service.design.reading import listed
 from service.design.registry import study_of
 from service.design.study import DesignProblem, Document, Simulation
+from service.messages import Message
 from service.optimize.differential_evolution import VARIANTS, DifferentialEvolution
 from service.optimize.differential_search import DifferentialSearch
 from service.optimize.epsilon import EpsilonConstraint, FrontPoint
@@ -137,7 +138,7 @@ def front(
     """
     problem = study_of(document).problem(document)
     if problem.front is None or problem.front_names is None:
-        raise RefusedDesign([finding("design_no_front", field="aim.front", value="none")])
+        raise refusal(Message("design_no_front", field="aim.front"))
     began = clock()
     convex = all(region.convex for region in problem.front.regions)
     search = EpsilonConstraint(
@@ -205,8 +206,7 @@ def _search(problem: DesignProblem, method: str, seed: int) -> Search:
         or (name not in (ENUMERATION, SQP) and problem.mixed is not None)
     ]
     if method not in known:
-        params = {"known": listed(known)}
-        raise RefusedDesign([finding("design_name_unknown", field="method", value=method, params=params)])
+        raise refusal(Message("design_name_unknown", field="method", value=method, known=listed(known)))
     if method == ENUMERATION:
         return _Enumeration(problem)
     if method == SQP:

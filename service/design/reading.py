@@ -7,8 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from service.design.findings import Finding, RefusedDesign, finding
+from service.design.findings import Finding, RefusedDesign
 from service.design.units import PURE, UNITS
+from service.messages import Message
 
 NAN = math.nan
 LARGEST = 1e100
@@ -22,9 +23,9 @@ class Problems:
     units: Mapping[str, str] = field(default_factory=dict)
     found: list[Finding] = field(default_factory=list)
 
-    def add(self, code: str, *, field: str | None = None, value: object = None, **params: object) -> None:
-        """Note a refusal; params: what its template names besides field and value."""
-        self.found.append(finding(code, field=field, value=value, params=params))
+    def add(self, message: Message) -> None:
+        """Note a refusal."""
+        self.found.append(Finding(message))
 
     def factor(self, quantity: str, field: str) -> float:
         """Factor to SI of a quantity in the document's units; NaN, noted, where the unit is not stated."""
@@ -32,7 +33,7 @@ class Problems:
             return 1.0
         unit = self.units.get(quantity)
         if unit is None:
-            self.add("design_unit_missing", field=field, quantity=quantity, known=listed(UNITS[quantity]))
+            self.add(Message("design_unit_missing", field=field, quantity=quantity, known=listed(UNITS[quantity])))
             return NAN
         return UNITS[quantity].get(unit, NAN)
 
@@ -82,7 +83,7 @@ class Table:
             return least if default is None else default
         value = self.values[name]
         if isinstance(value, bool) or not isinstance(value, int):
-            self.problems.add("design_not_whole", field=self.at(name), value=told(value))
+            self.problems.add(Message("design_not_whole", field=self.at(name), value=told(value)))
             return least
         self._within(float(max(min(value, LARGEST), -LARGEST)), self.at(name), None, least, None, most)
         return value
@@ -93,10 +94,10 @@ class Table:
             return default or ""
         value, known = self.values[name], tuple(choices)
         if not isinstance(value, str):
-            self.problems.add("design_not_text", field=self.at(name), value=told(value))
+            self.problems.add(Message("design_not_text", field=self.at(name), value=told(value)))
             return known[0] if known else ""
         if known and value not in known:
-            self.problems.add("design_not_a_choice", field=self.at(name), value=value, known=listed(known))
+            self.problems.add(Message("design_not_a_choice", field=self.at(name), value=value, known=listed(known)))
             return known[0]
         return value
 
@@ -106,7 +107,7 @@ class Table:
             return default
         value = self.values[name]
         if not isinstance(value, bool):
-            self.problems.add("design_not_a_flag", field=self.at(name), value=told(value))
+            self.problems.add(Message("design_not_a_flag", field=self.at(name), value=told(value)))
             return default
         return value
 
@@ -124,8 +125,15 @@ class Table:
             return default if default is not None else (NAN,) * (count or 1)
         values = self.values[name]
         if not isinstance(values, list) or (count is not None and len(values) != count) or len(values) > most:
-            wanted = str(count) if count is not None else f"at most {most}"
-            self.problems.add("design_not_a_list", field=self.at(name), value=told(values), count=wanted)
+            wanted = count if count is not None else most
+            self.problems.add(
+                Message(
+                    "design_not_a_list" if count is not None else "design_not_a_list.at_most",
+                    field=self.at(name),
+                    value=told(values),
+                    count=wanted,
+                )
+            )
             return (NAN,) * (count or 1)
         factor = self.problems.factor(quantity, self.at(name))
         return tuple(self._number(one, f"{self.at(name)}[{i}]") * factor for i, one in enumerate(values))
@@ -137,7 +145,7 @@ class Table:
         values = self.values[name]
         if isinstance(values, list) and len(values) == count and all(isinstance(one, str) for one in values):
             return tuple(values)
-        self.problems.add("design_not_names", field=self.at(name), value=told(values), count=count)
+        self.problems.add(Message("design_not_names", field=self.at(name), value=told(values), count=count))
         return ("",) * count
 
     def bounds(
@@ -147,7 +155,7 @@ class Table:
         lower, upper = self.numbers(name, quantity, count=2, default=default)
         if lower > upper:
             one, other = self.values[name]
-            self.problems.add("design_bounds_crossed", field=self.at(name), lower=one, upper=other)
+            self.problems.add(Message("design_bounds_crossed", field=self.at(name), lower=one, upper=other))
         return lower, upper
 
     def table(self, name: str, *, optional: bool = False) -> Table | None:
@@ -156,7 +164,7 @@ class Table:
             return None
         value = self.values[name]
         if not isinstance(value, Mapping):
-            self.problems.add("design_not_a_table", field=self.at(name), value=told(value))
+            self.problems.add(Message("design_not_a_table", field=self.at(name), value=told(value)))
             return None
         return Table(value, self.at(name), self.problems)
 
@@ -166,11 +174,12 @@ class Table:
             return []
         values = self.values[name]
         if not isinstance(values, list) or not all(isinstance(one, Mapping) for one in values):
-            self.problems.add("design_not_a_table", field=self.at(name), value=told(values))
+            self.problems.add(Message("design_not_a_table", field=self.at(name), value=told(values)))
             return []
         if not least <= len(values) <= most:
-            rule = f"{least} to {most} tables"
-            self.problems.add("design_count_out_of_range", field=self.at(name), value=len(values), rule=rule)
+            self.problems.add(
+                Message("design_count_out_of_range", field=self.at(name), value=len(values), least=least, most=most)
+            )
             return []
         return [Table(one, f"{self.at(name)}[{i}]", self.problems) for i, one in enumerate(values)]
 
@@ -179,7 +188,7 @@ class Table:
         value, names = self.text(name), tuple(known)
         if value not in names:
             if value:
-                self.problems.add("design_name_unknown", field=self.at(name), value=value, known=listed(names))
+                self.problems.add(Message("design_name_unknown", field=self.at(name), value=value, known=listed(names)))
             return names[0] if names else ""
         return value
 
@@ -191,22 +200,24 @@ class Table:
         """Refuse fields that nobody asked for."""
         for name in self.values:
             if name not in self._asked:
-                self.problems.add("design_field_unknown", field=self.at(str(name)), known=listed(sorted(self._asked)))
+                self.problems.add(
+                    Message("design_field_unknown", field=self.at(str(name)), known=listed(sorted(self._asked)))
+                )
 
     def _stated(self, name: str, optional: bool) -> bool:
         self._asked.add(name)
         if name in self.values:
             return True
         if not optional:
-            self.problems.add("design_field_missing", field=self.at(name))
+            self.problems.add(Message("design_field_missing", field=self.at(name)))
         return False
 
     def _number(self, value: object, path: str) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            self.problems.add("design_not_a_number", field=path, value=told(value))
+            self.problems.add(Message("design_not_a_number", field=path, value=told(value)))
             return NAN
         if abs(value) > LARGEST or not math.isfinite(value):
-            self.problems.add("design_not_finite", field=path, value=told(value))
+            self.problems.add(Message("design_not_finite", field=path, value=told(value)))
             return NAN
         return float(value)
 
@@ -219,16 +230,14 @@ class Table:
         below: float | None,
         most: float | None,
     ) -> None:
-        rules = [
-            (above is not None and not value > above, f"above {above}"),
-            (least is not None and not value >= least, f"at least {least}"),
-            (below is not None and not value < below, f"below {below}"),
-            (most is not None and not value <= most, f"at most {most}"),
-        ]
-        for broken, rule in rules:
-            if broken:
-                self.problems.add("design_out_of_range", field=path, value=value, rule=rule)
-                return
+        if above is not None and not value > above:
+            self.problems.add(Message("design_out_of_range.above", field=path, value=value, bound=above))
+        elif least is not None and not value >= least:
+            self.problems.add(Message("design_out_of_range.at_least", field=path, value=value, bound=least))
+        elif below is not None and not value < below:
+            self.problems.add(Message("design_out_of_range.below", field=path, value=value, bound=below))
+        elif most is not None and not value <= most:
+            self.problems.add(Message("design_out_of_range.at_most", field=path, value=value, bound=most))
 
 
 def read_units(root: Table) -> None:

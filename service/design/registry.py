@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from service.design.findings import Finding, RefusedDesign, finding
+from service.design.findings import Finding, RefusedDesign, refusal
 from service.design.flywheel.study import FlywheelStudy
 from service.design.gear_pair.study import GearPairStudy
 from service.design.linkage.study import LinkageStudy
 from service.design.reading import listed, told
 from service.design.shaft_set.study import ShaftSetStudy
 from service.design.study import Document, Study
+from service.messages import Message
 
 _KINDS: tuple[Study, ...] = (LinkageStudy(), FlywheelStudy(), GearPairStudy(), ShaftSetStudy())
 STUDIES: Mapping[str, Study] = MappingProxyType({study.name: study for study in _KINDS})
@@ -21,8 +22,7 @@ def study_of(document: Document) -> Study:
     """The study that a document asks for. Raises RefusedDesign for one that there is not."""
     name = document.get("study")
     if not isinstance(name, str) or name not in STUDIES:
-        known = {"known": listed(STUDIES)}
-        raise RefusedDesign([finding("design_study_unknown", field="study", value=told(name), params=known)])
+        raise refusal(Message("design_study_unknown", field="study", value=told(name), known=listed(STUDIES)))
     return STUDIES[name]
 
 

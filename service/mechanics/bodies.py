@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.mechanics.refusals import Refusal
+from service.messages import Message
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -63,12 +64,14 @@ def check_body(body: Body, name: str) -> None:
     """Raise Refusal unless the four numbers can belong to a real body."""
     for field, value in zip(("mass", "moment_x", "moment_y", "inertia"), body.numbers.tolist(), strict=True):
         if not math.isfinite(value):
-            raise Refusal("not_finite", field=f"{name}.{field}", value=value)
+            raise Refusal(Message("not_finite", field=f"{name}.{field}", value=value))
     if body.mass < 0.0:
-        raise Refusal("body_mass_negative", field=f"{name}.mass", value=body.mass, body=name)
+        raise Refusal(Message("body_mass_negative", field=f"{name}.mass", value=body.mass, body=name))
     least = body.mass * abs(body.centre) ** 2
     if body.inertia < least * (1.0 - ROUNDING) or (body.mass > 0.0 and body.inertia <= 0.0):
-        raise Refusal("body_inertia_impossible", field=f"{name}.inertia", value=body.inertia, body=name, least=least)
+        raise Refusal(
+            Message("body_inertia_impossible", field=f"{name}.inertia", value=body.inertia, body=name, least=least)
+        )
 
 
 def rim_disc(x: FloatArray, y: FloatArray, thickness: FloatArray, density: float) -> FloatArray:

@@ -15,6 +15,7 @@ from typing import Literal
 
 from service.mechanics.bodies import Body, check_body
 from service.mechanics.refusals import Refusal
+from service.messages import Message
 
 GROUND = "ground"
 """Name of the frame where a joint's links are named."""
@@ -109,7 +110,7 @@ def _layout(linkage: Linkage) -> Layout:
     crank = _known(index, linkage.crank, "crank")
     pivots = [name for name in linkage.links[crank].points if name in linkage.ground]
     if len(pivots) != 1:
-        raise Refusal("linkage_crank_pivot", field="crank", value=_listed(pivots))
+        raise Refusal(Message("linkage_crank_pivot", field="crank", value=_listed(pivots)))
     pivot = Support(pivots[0], None, linkage.ground[pivots[0]], linkage.links[crank].points[pivots[0]])
     placed: dict[str, tuple[int | None, complex]] = {name: (None, place) for name, place in linkage.ground.items()}
     _place(placed, linkage, crank)
@@ -118,20 +119,20 @@ def _layout(linkage: Linkage) -> Layout:
         pairs.append(_pair(linkage, dyad, index, placed, done, f"dyad.{number + 1}"))
     left_over = [link.name for link in linkage.links if index[link.name] not in done]
     if left_over:
-        raise Refusal("linkage_link_unplaced", field="links", value=_listed(left_over))
+        raise Refusal(Message("linkage_link_unplaced", field="links", value=_listed(left_over)))
     name = linkage.moment_point or pivot.name
     if name not in linkage.ground:
-        raise Refusal("linkage_unknown_link", field="moment_point", value=name, known=_listed(linkage.ground))
+        raise Refusal(Message("linkage_unknown_link", field="moment_point", value=name, known=_listed(linkage.ground)))
     return Layout(crank, pivot, tuple(pairs), linkage.ground[name])
 
 
 def _check(linkage: Linkage) -> None:
     if not linkage.dyads:
-        raise Refusal("linkage_without_dyad", field="dyads")
+        raise Refusal(Message("linkage_without_dyad", field="dyads"))
     names = [link.name for link in linkage.links]
     for name in names:
         if names.count(name) > 1:
-            raise Refusal("linkage_name_twice", field="links", value=name, kind="link")
+            raise Refusal(Message("linkage_name_twice", field="links", value=name))
     for name, place in linkage.ground.items():
         _finite(f"ground.{name}", place)
     for link in linkage.links:
@@ -155,10 +156,14 @@ def _pair(
     """Resolve one dyad and place its links."""
     first, second = (_known(index, link, f"{name}.links") for link in dyad.links)
     if dyad.carrier is not None and dyad.carrier not in dyad.links:
-        raise Refusal("linkage_unknown_link", field=f"{name}.carrier", value=dyad.carrier, known=_listed(dyad.links))
+        raise Refusal(
+            Message("linkage_unknown_link", field=f"{name}.carrier", value=dyad.carrier, known=_listed(dyad.links))
+        )
     for link in (first, second):
         if link in done or first == second:
-            raise Refusal("linkage_link_twice", field=f"{name}.links", value=linkage.links[link].name, joint=dyad.joint)
+            raise Refusal(
+                Message("linkage_link_twice", field=f"{name}.links", value=linkage.links[link].name, joint=dyad.joint)
+            )
     supports = tuple(_support(linkage.links[link], dyad.joint, placed, name) for link in (first, second))
     ends = (linkage.links[first].points[dyad.joint], linkage.links[second].points[dyad.joint])
     order = (first, second) if dyad.carrier == dyad.links[0] else (second, first)
@@ -171,11 +176,13 @@ def _pair(
 def _support(link: Link, joint: str, placed: Mapping[str, tuple[int | None, complex]], name: str) -> Support:
     if joint not in link.points:
         raise Refusal(
-            "linkage_joint_missing", field=f"{name}.joint", value=_listed(link.points), link=link.name, joint=joint
+            Message(
+                "linkage_joint_missing", field=f"{name}.joint", value=_listed(link.points), link=link.name, joint=joint
+            )
         )
     held = [point for point in link.points if point in placed and point != joint]
     if len(held) != 1 or joint in placed:
-        raise Refusal("linkage_dyad_support", field=name, value=_listed(held), link=link.name, joint=joint)
+        raise Refusal(Message("linkage_dyad_support", field=name, value=_listed(held), link=link.name, joint=joint))
     carrier, place = placed[held[0]]
     return Support(held[0], carrier, place, link.points[held[0]])
 
@@ -188,24 +195,26 @@ def _place(placed: dict[str, tuple[int | None, complex]], linkage: Linkage, link
 
 def _coincident(link: Link, first: str, second: str, apart: float) -> None:
     raise Refusal(
-        "linkage_zero_length",
-        field=f"links.{link.name}.points",
-        value=apart,
-        first=first,
-        second=second,
-        link=link.name,
+        Message(
+            "linkage_zero_length",
+            field=f"links.{link.name}.points",
+            value=apart,
+            first=first,
+            second=second,
+            link=link.name,
+        )
     )
 
 
 def _known(index: Mapping[str, int], name: str, field: str) -> int:
     if name not in index:
-        raise Refusal("linkage_unknown_link", field=field, value=name, known=_listed(index))
+        raise Refusal(Message("linkage_unknown_link", field=field, value=name, known=_listed(index)))
     return index[name]
 
 
 def _finite(field: str, place: complex) -> None:
     if not (math.isfinite(place.real) and math.isfinite(place.imag)):
-        raise Refusal("not_finite", field=field, value=place)
+        raise Refusal(Message("not_finite", field=field, value=place))
 
 
 def _listed(names: Mapping[str, object] | list[str] | tuple[str, ...]) -> str:

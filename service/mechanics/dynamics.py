@@ -17,6 +17,7 @@ from service.mechanics.bodies import ComplexArray, FloatArray
 from service.mechanics.chain import Linkage
 from service.mechanics.kinematics import Motion
 from service.mechanics.refusals import Refusal
+from service.messages import Message
 
 Quantity = Literal["force", "moment", "torque"]
 
@@ -65,7 +66,7 @@ def features(linkage: Linkage, moving: Motion) -> Features:
     Gravity enters as an acceleration of i g of every body, so that the shaking force includes the weight.
     """
     if moving.speed == 0.0:
-        raise Refusal("speed_zero", field="speed", value=0.0)
+        raise Refusal(Message("speed_zero", field="speed", value=0.0))
     lifted = moving.acceleration + 1j * linkage.gravity
     axis, velocity, omega = moving.axis, moving.velocity, moving.omega
     inward = (1j * moving.alpha - omega**2) * axis

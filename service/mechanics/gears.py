@@ -16,6 +16,7 @@ import numpy as np
 
 from service.mechanics.bodies import FloatArray
 from service.mechanics.refusals import Refusal
+from service.messages import Message
 
 Cut = Literal[
     "ordinary",
@@ -83,13 +84,13 @@ class GearDuty:
         }
         for name, value in positive.items():
             if not (math.isfinite(value) and value > 0.0):
-                raise Refusal("gear_not_positive", field=name, value=value)
+                raise Refusal(Message("gear_not_positive", field=name, value=value))
         if not (math.isfinite(self.ratio) and self.ratio >= 1.0):
-            raise Refusal("gear_ratio", field="ratio", value=self.ratio)
+            raise Refusal(Message("gear_ratio", field="ratio", value=self.ratio))
         if not (math.isfinite(self.overlap_ratio) and self.overlap_ratio >= 1.0):
-            raise Refusal("gear_overlap", field="overlap_ratio", value=self.overlap_ratio)
+            raise Refusal(Message("gear_overlap", field="overlap_ratio", value=self.overlap_ratio))
         if not 0.0 <= self.helix < math.pi / 4.0:
-            raise Refusal("gear_helix", field="helix", value=math.degrees(self.helix))
+            raise Refusal(Message("gear_helix", field="helix", value=math.degrees(self.helix)))
 
     @property
     def revolutions(self) -> float:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from service.mechanics.bodies import ComplexArray, FloatArray
 from service.mechanics.chain import Linkage, Pair, Support
 from service.mechanics.refusals import Refusal
+from service.messages import Message
 
 BoolArray = NDArray[np.bool_]
 
@@ -84,7 +85,7 @@ def motion(linkage: Linkage, angles: FloatArray, speed: float) -> Motion:
     Raises Refusal where a dyad does not close, with the crank angles at which the linkage does, or is in line.
     """
     if not math.isfinite(speed):
-        raise Refusal("not_finite", field="speed", value=speed)
+        raise Refusal(Message("not_finite", field="speed", value=speed))
     layout, shape = linkage.layout, (len(linkage.links), len(angles))
     state = _still(shape)
     state.omega[layout.crank] = speed
@@ -137,11 +138,13 @@ def _place(linkage: Linkage, state: _State, pair: Pair, angles: FloatArray) -> F
     if (margin < DEAD_POINT).any():
         worst = int(margin.argmin())
         raise Refusal(
-            "linkage_singular",
-            field=f"dyads.{pair.joint}",
-            value=math.degrees(angles[worst]),
-            joint=pair.joint,
-            margin=math.degrees(margin[worst]),
+            Message(
+                "linkage_singular",
+                field=f"dyads.{pair.joint}",
+                value=math.degrees(angles[worst]),
+                joint=pair.joint,
+                margin=math.degrees(margin[worst]),
+            )
         )
     state.omega[a], state.omega[b] = _turned(second[1] - first[1], to_first, to_second, spread)
     closing = second[2] - first[2] + state.omega[a] ** 2 * to_first - state.omega[b] ** 2 * to_second
@@ -216,14 +219,11 @@ def _closes(linkage: Linkage, angles: FloatArray) -> BoolArray:
 
 
 def _refuse_gap(linkage: Linkage, pair: Pair, angle: float) -> None:
+    field, at = f"dyads.{pair.joint}", math.degrees(angle)
     intervals = closing_intervals(linkage)
-    closes = ", ".join(
-        f"crank angles of {math.degrees(start):.4f} to {math.degrees(end):.4f} degrees" for start, end in intervals
-    )
-    raise Refusal(
-        "linkage_does_not_close",
-        field=f"dyads.{pair.joint}",
-        value=math.degrees(angle),
-        joint=pair.joint,
-        closes=closes or "no crank angle",
-    )
+    if not intervals:
+        raise Refusal(Message("linkage_does_not_close.never", field=field, value=at, joint=pair.joint))
+    closes = [
+        Message("linkage_closes_between", start=math.degrees(start), end=math.degrees(end)) for start, end in intervals
+    ]
+    raise Refusal(Message("linkage_does_not_close", field=field, value=at, joint=pair.joint, closes=closes))

@@ -18,6 +18,7 @@ import numpy as np
 from service.mechanics.bodies import FloatArray
 from service.mechanics.refusals import Refusal
 from service.mechanics.spline import basis, segments
+from service.messages import Message
 
 Criterion = Literal["von_mises", "largest_principal"]
 
@@ -43,15 +44,15 @@ class Disc:
     def __post_init__(self) -> None:
         """Refuse radii that do not rise from above 0, and properties out of range."""
         if self.radii.ndim != 1 or not np.isfinite(self.radii).all() or self.radii[0] <= 0.0:
-            raise Refusal("disc_radius", field="radii", value=float(self.radii[0]))
+            raise Refusal(Message("disc_radius", field="radii", value=float(self.radii[0])))
         if (np.diff(self.radii) <= 0.0).any():
-            raise Refusal("disc_radii_order", field="radii", value=float(np.diff(self.radii).min()))
+            raise Refusal(Message("disc_radii_order", field="radii", value=float(np.diff(self.radii).min())))
         if not 0.0 <= self.poisson < 0.5:
-            raise Refusal("disc_poisson", field="poisson", value=self.poisson)
+            raise Refusal(Message("disc_poisson", field="poisson", value=self.poisson))
         if not (math.isfinite(self.density) and self.density > 0.0):
-            raise Refusal("disc_density", field="density", value=self.density)
+            raise Refusal(Message("disc_density", field="density", value=self.density))
         if not math.isfinite(self.speed) or self.speed == 0.0:
-            raise Refusal("speed_zero", field="speed", value=self.speed)
+            raise Refusal(Message("speed_zero", field="speed", value=self.speed))
         segments(len(self.radii))
 
     @cached_property
@@ -218,10 +219,10 @@ def solve(disc: Disc, thickness: FloatArray, *, overspeed: float = 1.0, criterio
     """
     grid, speed = disc.grid, disc.speed * overspeed
     if thickness.shape != disc.radii.shape or not np.isfinite(thickness).all():
-        raise Refusal("disc_thickness_count", field="thickness", value=len(thickness), count=len(disc.radii))
+        raise Refusal(Message("disc_thickness_count", field="thickness", value=len(thickness), count=len(disc.radii)))
     t, t_u = grid.n @ thickness, grid.n_u @ thickness
     if (t <= 0.0).any():
-        raise Refusal("disc_thickness", field="thickness", value=float(t.min()))
+        raise Refusal(Message("disc_thickness", field="thickness", value=float(t.min())))
     nu, r, r_u = disc.poisson, grid.r, grid.r_u
     steep = t_u / t
     c2 = r**2 * r_u

@@ -15,6 +15,7 @@ import numpy as np
 
 from service.mechanics.bodies import ComplexArray, FloatArray
 from service.mechanics.refusals import Refusal
+from service.messages import Message
 
 ILL_CONDITIONED = 1e3
 """Condition of the influence matrix above which planes can hardly be told apart."""
@@ -33,13 +34,13 @@ class ShaftSet:
         """Refuse shapes that do not fit, values that are not finite, and planes that cannot be told apart."""
         n, planes = self.influence.shape
         if self.initial.shape != (n,):
-            raise Refusal("shaft_shapes", field="influence", value=n, sensors=len(self.initial))
+            raise Refusal(Message("shaft_shapes", field="influence", value=n, sensors=len(self.initial)))
         if not (np.isfinite(self.initial).all() and np.isfinite(self.influence).all()):
-            raise Refusal("not_finite", field="influence", value="a value that is not")
+            raise Refusal(Message("not_finite", field="influence", value="a value that is not"))
         if n < planes:
-            raise Refusal("shaft_too_few_sensors", field="influence", value=n, planes=planes)
+            raise Refusal(Message("shaft_too_few_sensors", field="influence", value=n, planes=planes))
         if self.condition > SINGULAR:
-            raise Refusal("shaft_planes_alike", field="influence", value=self.condition, planes=self.alike)
+            raise Refusal(Message("shaft_planes_alike", field="influence", value=self.condition, planes=self.alike))
 
     @cached_property
     def condition(self) -> float:

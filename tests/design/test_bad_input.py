@@ -12,9 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.design.documents import MOST_BYTES, patched, preset, presets, read_document
-from service.design.findings import TEMPLATES, RefusedDesign
+from service.design.findings import RefusedDesign
 from service.design.registry import check, study_of
-from service.mechanics.refusals import TEMPLATES as REFUSALS
 
 PRESETS = {name: preset(name) for name in presets()}
 SIXBAR, CLEANING, EIGHTBAR = PRESETS["sixbar"], PRESETS["cleaning"], PRESETS["eightbar"]
@@ -154,7 +153,7 @@ def test_dyads_must_come_in_an_order_in_which_they_can_be_placed() -> None:
 def test_a_linkage_that_does_not_turn_tells_where_it_closes() -> None:
     document = link(CLEANING, "1", points={"o1": [0, 0], "o2": [0.15, 0]})
     (refused,) = [one for one in check(document) if one.severity == "refusal"]
-    assert "it closes for crank angles of" in refused.advice
+    assert refused.advice.startswith("it closes for crank angles of ")
     assert "dyad o3 must close over the whole turn" in refused.message
 
 
@@ -231,10 +230,3 @@ def test_text_that_holds_no_document_is_refused(text: str) -> None:
 def test_a_document_that_is_too_long_is_refused() -> None:
     with pytest.raises(RefusedDesign, match="at most"):
         read_document("#" * (MOST_BYTES + 1))
-
-
-def test_codes_are_told_apart() -> None:
-    assert not set(TEMPLATES) & set(REFUSALS)
-    for rule, advice in (*TEMPLATES.values(), *REFUSALS.values()):
-        assert rule
-        assert advice

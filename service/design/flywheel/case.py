@@ -17,6 +17,7 @@ from service.errors import NumericsError
 from service.mechanics.bodies import FloatArray
 from service.mechanics.rotating_disc import Criterion, Disc, Solution, solve
 from service.mechanics.spline import FEWEST
+from service.messages import Message
 
 Goal = Literal["most_energy", "least_mass", "least_stress"]
 MOST_CONTROLS = 30
@@ -75,17 +76,24 @@ def read_flywheel(document: Document) -> tuple[FlywheelCase | None, Problems]:
     radii = _radii(disc_table, len(thickness))
     speed = disc_table.number("speed", "speed")
     if speed == 0.0:
-        problems.add("design_speed_zero", field=disc_table.at("speed"))
+        problems.add(Message("design_speed_zero", field=disc_table.at("speed")))
     density = disc_table.number("density", "density", above=0.0)
     poisson = disc_table.number("poisson", least=0.0, below=0.5)
     inner = disc_table.number("inner_load", "stress", default=0.0)
     outer = disc_table.number("outer_load", "stress", default=0.0)
     disc_table.close()
     if lower <= 0.0:
-        problems.add("design_out_of_range", field="design.thickness_bounds", value=lower, rule="above 0")
+        problems.add(Message("design_out_of_range.above", field="design.thickness_bounds", value=lower, bound=0.0))
     if len(thickness) < FEWEST:
-        rule = f"{FEWEST} to {MOST_CONTROLS} numbers"
-        problems.add("design_count_out_of_range", field="design.thickness", value=len(thickness), rule=rule)
+        problems.add(
+            Message(
+                "design_count_out_of_range",
+                field="design.thickness",
+                value=len(thickness),
+                least=FEWEST,
+                most=MOST_CONTROLS,
+            )
+        )
     if refused(problems):
         return None, problems
     try:
@@ -106,17 +114,17 @@ def _radii(table: Table, count: int) -> FloatArray:
         radii = np.array(table.numbers("radii", "length", most=MOST_CONTROLS))
         if len(radii) != count:
             table.problems.add(
-                "design_count_out_of_range", field=table.at("radii"), value=len(radii), rule=f"{count} numbers"
+                Message("design_count_out_of_range", field=table.at("radii"), value=len(radii), least=count, most=count)
             )
         elif (np.diff(radii) <= 0.0).any():
             step = float(np.diff(radii).min())
-            table.problems.add("design_not_rising", field=table.at("radii"), value=step)
+            table.problems.add(Message("design_not_rising", field=table.at("radii"), value=step))
         return radii
     inner = table.number("inner_radius", "length", above=0.0)
     outer = table.number("outer_radius", "length", above=0.0)
     if inner >= outer:
         table.problems.add(
-            "design_out_of_range", field=table.at("outer_radius"), value=outer, rule=f"above the inner radius {inner:g}"
+            Message("design_out_of_range.above", field=table.at("outer_radius"), value=outer, bound=inner)
         )
     return np.linspace(inner, outer, max(count, 2))
 
@@ -139,13 +147,15 @@ def _reachable(case: FlywheelCase, problems: Problems) -> None:
     """Refuse limits that no thickness within the bounds can meet: both are linear in it."""
     least = float(case.disc.mass_weights @ case.lower)
     if case.limits.mass is not None and case.limits.mass < least:
-        _unreachable(case, problems, "limits.mass", case.limits.mass, least, "mass")
+        unit = unit_of("mass", case.heading.units)
+        problems.add(
+            Message(
+                "design_infeasible_bounds.mass", field="limits.mass", value=case.limits.mass, least=least, unit=unit
+            )
+        )
     most = float(case.disc.energy_weights @ case.upper)
     if case.limits.energy is not None and case.limits.energy > most:
         unit = unit_of("energy", case.heading.units)
-        problems.add("design_energy_unreachable", field="limits.energy", value=case.limits.energy, most=most, unit=unit)
-
-
-def _unreachable(case: FlywheelCase, problems: Problems, field: str, value: float, least: float, quantity: str) -> None:
-    unit = unit_of(quantity, case.heading.units)
-    problems.add("design_infeasible_bounds", field=field, value=value, limit=field, least=least, unit=unit)
+        problems.add(
+            Message("design_energy_unreachable", field="limits.energy", value=case.limits.energy, most=most, unit=unit)
+        )

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from service.design.documents import patched
-from service.design.findings import Finding, RefusedDesign, finding
+from service.design.findings import Finding, RefusedDesign, warning
 from service.design.flywheel.case import FlywheelCase, Goal, read_flywheel
 from service.design.study import (
     Curve,
@@ -23,6 +23,7 @@ from service.design.units import UNITS, unit_of
 from service.mechanics.bodies import FloatArray
 from service.mechanics.rotating_disc import Solution
 from service.mechanics.spline import basis, segments
+from service.messages import Message
 from service.optimize.epsilon import TwoObjectives
 from service.optimize.problem import Continuous, MixedProblem
 from service.optimize.smooth import Constraints, Objective, SmoothProblem
@@ -246,23 +247,15 @@ def _warnings(case: FlywheelCase) -> tuple[Finding, ...]:
     typical = case.disc.density * (case.disc.speed * float(case.disc.radii[-1])) ** 2
     if case.limits.stress is not None and case.limits.stress < IMPLAUSIBLE * typical:
         found.append(
-            finding(
-                "flywheel_limit_implausible",
-                field="limits.stress",
-                value=case.limits.stress,
-                severity="warning",
-                params={"typical": typical},
+            warning(
+                Message("flywheel_limit_implausible", field="limits.stress", value=case.limits.stress, typical=typical)
             )
         )
-    for what, value, most in (
-        ("the slope of the thickness", float(np.abs(slope).max()), STEEP),
-        ("the thickness over half the width of the disc", 2.0 * float(thickness.max()) / width, 1.0),
-    ):
-        if value > most:
-            params = {"what": what}
-            found.append(
-                finding("flywheel_not_thin", field="design.thickness", value=value, severity="warning", params=params)
-            )
+    steepest, thickest = float(np.abs(slope).max()), 2.0 * float(thickness.max()) / width
+    if steepest > STEEP:
+        found.append(warning(Message("flywheel_not_thin.steep", field="design.thickness", value=steepest)))
+    if thickest > 1.0:
+        found.append(warning(Message("flywheel_not_thin.thick", field="design.thickness", value=thickest)))
     return tuple(found)
 
 

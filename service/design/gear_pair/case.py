@@ -14,6 +14,7 @@ from service.design.study import Document
 from service.errors import NumericsError
 from service.mechanics.bodies import FloatArray
 from service.mechanics.gears import CUTS, SLENDER, Cut, GearDuty
+from service.messages import Message
 
 Model = Literal["sound", "as_printed"]
 MILLIMETRE = 1e-3
@@ -105,22 +106,31 @@ def _choices(
 ) -> None:
     """Rules between what may be chosen."""
     if len(modules) == 0 or not (np.diff(modules) > 0.0).all() or not (modules > 0.0).all():
-        problems.add("design_not_rising", field="design.modules", value=float(np.diff(modules).min(initial=0.0)))
+        problems.add(
+            Message("design_not_rising", field="design.modules", value=float(np.diff(modules).min(initial=0.0)))
+        )
         return
     if model == "as_printed" and len(modules) != 2:
-        problems.add("design_not_a_list", field="design.modules", value=f"{len(modules)} numbers", count=2)
+        problems.add(Message("design_not_a_list", field="design.modules", value=f"{len(modules)} numbers", count=2))
     fewest, most = teeth
     if not (fewest.is_integer() and most.is_integer() and 5 <= fewest <= most <= MOST_TEETH):
-        rule = f"two whole numbers from 5 to {MOST_TEETH}, the lower first"
-        problems.add("design_out_of_range", field="design.teeth_bounds", value=fewest, rule=rule)
+        problems.add(
+            Message(
+                "design_teeth_bounds",
+                field="design.teeth_bounds",
+                value=f"{fewest:g}, {most:g}",
+                least=5,
+                most=MOST_TEETH,
+            )
+        )
     if not widths[0] > 0.0:
-        problems.add("design_out_of_range", field="design.width_bounds", value=widths[0], rule="above 0")
+        problems.add(Message("design_out_of_range.above", field="design.width_bounds", value=widths[0], bound=0.0))
     elif model == "sound" and widths[1] < SLENDER * float(modules[0]):
         problems.add(
-            "design_infeasible_bounds",
-            field="design.width_bounds",
-            value=widths[1],
-            limit="the greatest width",
-            least=SLENDER * float(modules[0]),
-            unit="mm",
+            Message(
+                "design_infeasible_bounds.width",
+                field="design.width_bounds",
+                value=widths[1],
+                least=SLENDER * float(modules[0]),
+            )
         )

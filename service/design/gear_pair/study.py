@@ -7,13 +7,14 @@ import math
 import numpy as np
 
 from service.design.documents import patched
-from service.design.findings import Finding, RefusedDesign, finding
+from service.design.findings import Finding, RefusedDesign, warning
 from service.design.gear_pair.case import MILLIMETRE, GearCase, read_gear
 from service.design.gear_pair.search import aimed, best_printed, best_sound
 from service.design.study import DesignProblem, Document, LimitCheck, Scalar, Simulation, Variable, limit_check
 from service.design.units import UNITS, unit_of
 from service.mechanics.bodies import FloatArray
 from service.mechanics.gears import SLENDER, STOUT, as_printed, pair
+from service.messages import Message
 from service.optimize.problem import Continuous, Discrete, Integer, MixedProblem
 from service.optimize.problem import Variable as SearchVariable
 
@@ -143,32 +144,23 @@ def _warnings(case: GearCase) -> tuple[Finding, ...]:
     other = round(case.duty.ratio * case.teeth)
     ratio = other / case.teeth
     undercut = SPUR_UNDERCUT * math.cos(case.duty.helix) ** 3
-    known = ", ".join(f"{value:g}" for value in STANDARD_MODULES)
-    stated: list[tuple[bool, str, str, object, dict[str, object]]] = [
-        (case.duty.hardness < SOFT, "gear_hardness_unit", "gear.hardness", case.duty.hardness, {}),
+    duty, module, teeth, velocity = case.duty, case.module, case.teeth, float(one.velocity)
+    standard = case.model != "sound" or module in STANDARD_MODULES
+    stated = [
+        (duty.hardness < SOFT, Message("gear_hardness_unit", field="gear.hardness", value=duty.hardness)),
         (
-            case.model == "sound" and case.module not in STANDARD_MODULES,
-            "gear_module_not_standard",
-            "design.module",
-            case.module,
-            {"known": known},
+            not standard,
+            Message("gear_module_not_standard", field="design.module", value=module, known=STANDARD_MODULES),
         ),
-        (case.teeth < undercut, "gear_undercut", "design.teeth", case.teeth, {"least": undercut}),
-        (float(one.velocity) > FASTEST, "gear_fast", "design.module", float(one.velocity), {}),
+        (teeth < undercut, Message("gear_undercut", field="design.teeth", value=teeth, least=undercut)),
+        (velocity > FASTEST, Message("gear_fast", field="design.module", value=velocity, most=FASTEST)),
         (
-            abs(ratio - case.duty.ratio) > 1e-9,
-            "gear_teeth_ratio",
-            "design.teeth",
-            ratio,
-            {"teeth": case.teeth, "other": other, "ratio": case.duty.ratio},
+            abs(ratio - duty.ratio) > 1e-9,
+            Message("gear_teeth_ratio", field="design.teeth", value=ratio, teeth=teeth, other=other, ratio=duty.ratio),
         ),
-        (case.model == "as_printed", "gear_printed_model", "gear.model", "as_printed", {}),
+        (case.model == "as_printed", Message("gear_printed_model", field="gear.model")),
     ]
-    return tuple(
-        finding(code, field=field, value=value, severity="warning", params=params)
-        for holds, code, field, value, params in stated
-        if holds
-    )
+    return tuple(warning(message) for holds, message in stated if holds)
 
 
 def _drawing(case: GearCase, diameter: float) -> dict[str, object]:

@@ -11,6 +11,7 @@ from service.design.reading import Table, refused
 from service.errors import NumericsError
 from service.mechanics.bodies import Body
 from service.mechanics.chain import Dyad, Link, Linkage, Side
+from service.messages import Message
 
 MOST_LINKS = 50
 MOST_POINTS = 20
@@ -35,7 +36,7 @@ def read_linkage(root: Table) -> StatedLinkage | None:
     problems = root.problems
     speed = table.number("speed", "speed")
     if speed == 0.0:
-        problems.add("design_speed_zero", field=table.at("speed"))
+        problems.add(Message("design_speed_zero", field=table.at("speed")))
     samples = table.whole("samples", default=360, least=FEWEST_SAMPLES, most=MOST_SAMPLES)
     gravity = table.number("gravity", "acceleration", default=0.0, least=0.0)
     ground = _points(table, "ground")
@@ -82,8 +83,11 @@ def _points(table: Table, name: str) -> dict[str, complex]:
     if held is None:
         return {}
     if not 1 <= len(held.values) <= MOST_POINTS:
-        rule = f"1 to {MOST_POINTS} points"
-        table.problems.add("design_count_out_of_range", field=table.at(name), value=len(held.values), rule=rule)
+        table.problems.add(
+            Message(
+                "design_count_out_of_range", field=table.at(name), value=len(held.values), least=1, most=MOST_POINTS
+            )
+        )
         return {}
     points = {str(point): complex(*held.numbers(str(point), "length", count=2)) for point in held.values}
     held.close()

@@ -21,6 +21,7 @@ from service.design.reading import Table
 from service.design.study import Variable
 from service.mechanics.bodies import Body, FloatArray, as_three_points
 from service.mechanics.dynamics import Quantity, mass_numbers
+from service.messages import Message
 
 Scale = Literal["crank", "present", "none"]
 _COUNTERWEIGHTS, _POINTS, _NUMBERS = "counterweights", "point_masses", "mass_numbers"
@@ -62,7 +63,7 @@ def read_aim(root: Table) -> StatedAim:
         weights_table.close()
         if min(weights.values()) < 0.0 or sum(weights.values()) <= 0.0:
             stated = ", ".join(f"{name} {value:g}" for name, value in weights.items())
-            root.problems.add("design_weights", field=weights_table.path, value=stated)
+            root.problems.add(Message("design_weights", field=weights_table.path, value=stated))
     chosen = table.text("scale", default="present", choices=get_args(Scale))
     scale: Scale = next(one for one in get_args(Scale) if one == chosen)
     power = table.whole("power", default=1, least=1, most=2)
@@ -72,7 +73,9 @@ def read_aim(root: Table) -> StatedAim:
         chosen_pair = [next((one for one in get_args(Quantity) if one == name), None) for name in pair]
         if chosen_pair[0] is None or chosen_pair[1] is None or pair[0] == pair[1]:
             known = ", ".join(get_args(Quantity))
-            root.problems.add("design_name_unknown", field=table.at("front"), value=", ".join(pair), known=known)
+            root.problems.add(
+                Message("design_name_unknown", field=table.at("front"), value=", ".join(pair), known=known)
+            )
         else:
             front = (chosen_pair[0], chosen_pair[1])
     table.close()
@@ -99,7 +102,9 @@ def _counterweights(table: Table, stated: StatedLinkage) -> StatedDesign:
     ]
     if bounds[2][1][0] < 0.0:
         lower = bounds[2][1][0]
-        table.problems.add("design_out_of_range", field=table.at("thickness_bounds"), value=lower, rule="at least 0")
+        table.problems.add(
+            Message("design_out_of_range.at_least", field=table.at("thickness_bounds"), value=lower, bound=0.0)
+        )
     discs = table.tables("counterweight", least=1, most=len(stated.linkage.links))
     links: list[tuple[int, str]] = []
     variables: list[Variable] = []
@@ -205,4 +210,4 @@ def _link(table: Table, stated: StatedLinkage) -> tuple[int, str]:
 
 def _once(table: Table, link: tuple[int, str], links: list[tuple[int, str]]) -> None:
     if link in links:
-        table.problems.add("design_name_twice", field=table.at("link"), value=link[1])
+        table.problems.add(Message("design_name_twice", field=table.at("link"), value=link[1]))

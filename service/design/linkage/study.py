@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from service.design.findings import Finding, RefusedDesign, finding
+from service.design.findings import Finding, RefusedDesign, refusal, warning
 from service.design.linkage.case import LinkageCase, read_case
 from service.design.linkage.mass_designs import PointMasses
 from service.design.linkage.mass_limits import angle_check
@@ -18,6 +18,7 @@ from service.errors import NumericsError
 from service.mechanics.bodies import Body, as_three_points, check_body
 from service.mechanics.dynamics import Quantity
 from service.mechanics.reactions import reactions
+from service.messages import Message
 
 SHARP = math.radians(20.0)
 """An angle between the links of a dyad nearer than this to a dead point is warned of."""
@@ -70,7 +71,7 @@ class LinkageStudy:
         """The document as an optimisation problem; raises RefusedDesign."""
         case = _read(document)
         if case.design is None or not case.design.variation.variables:
-            raise RefusedDesign([finding("design_nothing_to_vary", field="design", value="none")])
+            raise refusal(Message("design_nothing_to_vary", field="design"))
         return linkage_problem(case, case.design, document)
 
 
@@ -133,12 +134,13 @@ def _warnings(case: LinkageCase) -> tuple[Finding, ...]:
         margin = np.minimum(angle, math.pi - angle)
         if margin.min() < SHARP:
             found.append(
-                finding(
-                    "linkage_sharp_transmission",
-                    field=f"linkage.dyad.{pair.joint}",
-                    value=math.degrees(margin.min()),
-                    severity="warning",
-                    params={"joint": pair.joint},
+                warning(
+                    Message(
+                        "linkage_sharp_transmission",
+                        field=f"linkage.dyad.{pair.joint}",
+                        value=math.degrees(margin.min()),
+                        joint=pair.joint,
+                    )
                 )
             )
     for k, link in enumerate(case.stated.linkage.links):
@@ -146,10 +148,10 @@ def _warnings(case: LinkageCase) -> tuple[Finding, ...]:
         try:
             check_body(body, f"link {link.name}")
         except NumericsError as refused:
-            found.append(finding("linkage_body_not_real", field=link.name, value=refused.message, severity="warning"))
+            found.append(warning(Message("linkage_body_not_real", field=link.name, value=refused.message)))
         if _in_points(case) and as_three_points(body)[0].min() < 0.0:
             least = float(as_three_points(body)[0].min())
-            found.append(finding("linkage_no_three_points", field=link.name, value=least, severity="warning"))
+            found.append(warning(Message("linkage_no_three_points", field=link.name, value=least)))
     return tuple(found)
 
 

@@ -15,6 +15,7 @@ from service.design.study import Document
 from service.errors import NumericsError
 from service.mechanics.bodies import ComplexArray, FloatArray
 from service.mechanics.shaft_set import FuzzyGoals, ShaftSet
+from service.messages import Message
 
 MOST_SENSORS, MOST_PLANES = 400, 20
 AIMS = ("energy", "largest", "spread")
@@ -73,7 +74,7 @@ def _aim(table: Table | None) -> tuple[FloatArray, FloatArray, FloatArray]:
     weights = np.array(table.numbers("weights", count=3, default=(0.7, 0.2, 0.1)))
     if not np.isnan(weights).any() and (weights.min() < 0.0 or weights.sum() <= 0.0):
         stated = ", ".join(f"{value:g}" for value in weights)
-        table.problems.add("design_weights", field=table.at("weights"), value=stated)
+        table.problems.add(Message("design_weights", field=table.at("weights"), value=stated))
         weights = np.ones(3)
     limits = []
     for name in ("best", "worst"):
@@ -87,7 +88,7 @@ def _aim(table: Table | None) -> tuple[FloatArray, FloatArray, FloatArray]:
     if (limits[1] <= limits[0]).any():
         k = int((limits[1] <= limits[0]).argmax())
         table.problems.add(
-            "design_bounds_crossed", field=table.at(f"worst.{AIMS[k]}"), lower=limits[0][k], upper=limits[1][k]
+            Message("design_bounds_crossed", field=table.at(f"worst.{AIMS[k]}"), lower=limits[0][k], upper=limits[1][k])
         )
     table.close()
     return weights, limits[0], limits[1]
@@ -97,8 +98,7 @@ def _names(table: Table, name: str, most: int) -> tuple[str, ...]:
     stated = table.values.get(name)
     count = len(stated) if isinstance(stated, list) else 1
     if not 1 <= count <= most:
-        rule = f"1 to {most} names"
-        table.problems.add("design_count_out_of_range", field=table.at(name), value=count, rule=rule)
+        table.problems.add(Message("design_count_out_of_range", field=table.at(name), value=count, least=1, most=most))
     return table.texts(name, count=count)
 
 
@@ -113,10 +113,10 @@ def _vectors(table: Table, name: str, shape: tuple[int, ...], form: str) -> Comp
         pairs = np.zeros(0)
     wanted = " x ".join(str(size) for size in (*shape, 2))
     if pairs.shape != (*shape, 2):
-        table.problems.add("design_not_a_list", field=table.at(name), value=told(stated), count=wanted)
+        table.problems.add(Message("design_not_a_list.shape", field=table.at(name), value=told(stated), shape=wanted))
         return np.full(shape, complex(math.nan))
     if not (np.abs(pairs) <= LARGEST).all():
-        table.problems.add("design_not_finite", field=table.at(name), value=told(stated))
+        table.problems.add(Message("design_not_finite", field=table.at(name), value=told(stated)))
     if form == "polar":
         return np.asarray(pairs[..., 0] * np.exp(1j * np.radians(pairs[..., 1])))
     return np.asarray(pairs[..., 0] + 1j * pairs[..., 1])

@@ -7,12 +7,13 @@ import math
 import numpy as np
 
 from service.design.documents import patched
-from service.design.findings import Finding, RefusedDesign, finding
+from service.design.findings import Finding, RefusedDesign, warning
 from service.design.shaft_set.case import AIMS, ShaftCase, read_shaft
 from service.design.study import DesignProblem, Document, LimitCheck, Scalar, Simulation, Variable, limit_check
 from service.design.units import UNITS, unit_of
 from service.mechanics.bodies import ComplexArray, FloatArray
 from service.mechanics.shaft_set import ILL_CONDITIONED, aims
+from service.messages import Message
 from service.optimize.epsilon import TwoObjectives
 from service.optimize.problem import Continuous, MixedProblem
 from service.optimize.smooth import Constraints, Objective, SmoothProblem
@@ -209,25 +210,25 @@ def _limits(case: ShaftCase) -> tuple[LimitCheck, ...]:
 def _warnings(case: ShaftCase) -> tuple[Finding, ...]:
     found = []
     if case.shaft.condition > ILL_CONDITIONED:
-        params = {"planes": case.shaft.alike}
         found.append(
-            finding(
-                "shaft_ill_conditioned",
-                field="shaft_set.influence",
-                value=case.shaft.condition,
-                severity="warning",
-                params=params,
+            warning(
+                Message(
+                    "shaft_ill_conditioned",
+                    field="shaft_set.influence",
+                    value=case.shaft.condition,
+                    planes=case.shaft.alike,
+                )
             )
         )
     for name, one in zip(case.sensors, case.shaft.initial, strict=True):
         if one == 0.0:
-            found.append(finding("shaft_silent_sensor", field="shaft_set.initial", value=name, severity="warning"))
+            found.append(warning(Message("shaft_silent_sensor", field="shaft_set.initial", value=name)))
     for name, gained in zip(AIMS, case.goals.gained, strict=True):
         if gained == 0.0:
-            found.append(finding("shaft_nothing_to_gain", field=f"aim.{name}", value=name, severity="warning"))
+            found.append(warning(Message("shaft_nothing_to_gain", field=f"aim.{name}", value=name)))
     if case.goals.weights[2] > SPREAD_DOMINATES:
         value = float(case.goals.weights[2])
-        found.append(finding("shaft_spread_dominates", field="aim.weights", value=value, severity="warning"))
+        found.append(warning(Message("shaft_spread_dominates", field="aim.weights", value=value)))
     return tuple(found)
 
 
