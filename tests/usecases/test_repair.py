@@ -73,6 +73,8 @@ def test_an_unreadable_run_takes_nothing_else_with_it(shop: Workshop, case: str,
     assert len(shop.get("/sessions")) == 2
     for page in ("/", "/sessions", f"/sessions/{session}", f"/sessions/{session}/runs", f"/sessions/{session}/report"):
         assert shop.client.get(page, headers={"accept": "text/html"}).status_code == 200, page
+    said = shop.client.get(f"/sessions/{session}/runs", headers={"accept": "text/html"}).text
+    assert "left out here: run 2" in said
     assert shop.get(f"/sessions/{session}/log")["unreadable"] == [apart]
     assert shop.get(f"/sessions/{session}/report.json")
     shop.refused(

@@ -46,4 +46,5 @@ def certificate(session: Session, report: Report, reader: Reader) -> Sheet:
         foot=f"Drumtrue {report.version} · {noun} {session.id} · {reader.moment(session.closed_at or last)}",
         page_of=_("page %(page)s of %(pages)s"),
         dated=session.closed_at or last,
+        unprinted=_("%(count)s signs cannot be printed, a box stands for each: %(signs)s"),
     )

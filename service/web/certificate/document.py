@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import chain
 from typing import Literal, TypeAlias
 
-from service.web.pictures.drawing import Picture
+from service.web.pictures.drawing import Group, Item, Picture, Words
 
 Mood = Literal["good", "bad", "open"]
 
@@ -68,3 +70,34 @@ class Sheet:
     foot: str
     page_of: str
     dated: datetime
+    unprinted: str = "%(count)s signs cannot be printed, a box stands for each: %(signs)s"
+    """What is said where the fonts lack signs."""
+
+    def texts(self) -> Iterator[str]:
+        """Every text of the certificate."""
+        yield from (self.title, self.subject, self.verdict, self.foot, self.page_of, *self.signatures)
+        for section in self.sections:
+            yield section.heading
+            for part in section.parts:
+                yield from _texts(part)
+
+
+def _texts(part: Part) -> Iterator[str]:
+    match part:
+        case Facts(pairs):
+            yield from chain.from_iterable(pairs)
+        case Table():
+            yield from chain(part.heads, *part.rows)
+        case Lines(lines):
+            yield from lines
+        case Pictures(pictures):
+            for picture in pictures:
+                yield from _words(picture.items)
+
+
+def _words(items: Iterable[Item]) -> Iterator[str]:
+    for item in items:
+        if isinstance(item, Words):
+            yield item.text
+        elif isinstance(item, Group):
+            yield from _words(item.items)

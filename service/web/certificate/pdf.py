@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.web.certificate.document import Facts, Lines, Part, Pictures, Section, Sheet, Table
+from service.web.certificate.fallback_fonts import needed
 from service.web.certificate.picture_to_pdf import draw
 
 if TYPE_CHECKING:
@@ -24,6 +25,12 @@ FONT = "DejaVu"
 _SMALL, _LINE = 7.6, 3.7
 _INK, _SOFT, _RULE, _GROUND = (17, 24, 32), (80, 92, 104), (150, 160, 170), (238, 241, 244)
 _MOODS = {"good": (0, 107, 60), "bad": (179, 38, 30), "open": (122, 74, 0)}
+MAX_SIGNS = 20
+"""Signs that cannot be printed and are named."""
+_MAX_LINES = 40
+"""Lines of a cell: a taller row is continued in the next, no row may be taller than a page."""
+_WIDE_SIGN = 3.2
+"""Width in mm of the widest sign: a text that fits with such ones is not measured."""
 _MISSING = "\N{WHITE SQUARE}"
 _WIDEST = {1: 118.0, 2: 88.0, 3: 60.0, 4: 45.0}
 """Width in mm of pictures, by how many stand side by side."""
@@ -38,6 +45,8 @@ def to_pdf(sheet: Sheet) -> bytes:
     logging.getLogger("fpdf").setLevel(logging.ERROR)
 
     class _Document(FPDF):
+        unprinted: dict[str, int]
+
         def footer(self) -> None:
             self.set_y(-FOOT + 3.0)
             self.set_font(FONT, "", 7.0)
@@ -47,20 +56,47 @@ def to_pdf(sheet: Sheet) -> bytes:
             self.cell(30.0, 4.0, words, align="R")
 
     pdf = _Document(format="A4")
+    pdf.unprinted = {}
     pdf.set_creation_date(sheet.dated)
     pdf.set_lang(sheet.language)
     pdf.set_title(f"{sheet.title}: {sheet.subject}")
     pdf.set_producer("Drumtrue")
     for style, name in (("", "DejaVuSans.ttf"), ("B", "DejaVuSans-Bold.ttf")):
         pdf.add_font(FONT, style, str(FONTS / name))
+    _add_fallbacks(pdf, sheet)
     pdf.set_margin(MARGIN)
     pdf.set_auto_page_break(True, FOOT + 1.0)
     pdf.add_page()
     _head(pdf, sheet)
     for section in sheet.sections:
         _section(pdf, section)
+    _unprinted(pdf, sheet)
     _signatures(pdf, sheet)
     return bytes(pdf.output())
+
+
+def _add_fallbacks(pdf: FPDF, sheet: Sheet) -> None:
+    """Let installed fonts stand in for signs that the certificate's own font has not."""
+    known = set(pdf.fonts[FONT.lower()].cmap)  # type: ignore[union-attr]
+    names = []
+    for index, path in enumerate(needed(sheet.texts(), known)):
+        names.append(f"fallback{index}")
+        pdf.add_font(names[-1], "", str(path))
+    if names:
+        pdf.set_fallback_fonts(names, exact_match=False)
+
+
+def _unprinted(pdf: FPDF, sheet: Sheet) -> None:
+    """Say which signs no font has."""
+    missing: dict[str, int] = pdf.unprinted  # type: ignore[attr-defined]
+    if not missing:
+        return
+    named = [f"U+{ord(sign):04X}" for sign in sorted(missing)]
+    listed = ", ".join(named[:MAX_SIGNS]) + (" ..." if len(named) > MAX_SIGNS else "")
+    _font(pdf, _SMALL)
+    pdf.ln(2.0)
+    said = sheet.unprinted % {"count": sum(missing.values()), "signs": listed}
+    pdf.multi_cell(BODY, _LINE, said, new_x="LMARGIN", new_y="NEXT", align="L")
 
 
 def _head(pdf: FPDF, sheet: Sheet) -> None:
@@ -135,10 +171,26 @@ def _grid(pdf: FPDF, rows: list[Any], widths: tuple[float, ...], *, heads: bool,
         text_align=tuple("RIGHT" if column in figures else "LEFT" for column in range(len(widths))),
     ) as table:
         soft = FontFace(color=_SOFT)
-        for row in rows:
-            line = table.row()
-            for column, text in enumerate(row):
-                line.cell(_shown(pdf, text), style=soft if not heads and column % 2 == 0 else None)
+        for whole in rows:
+            for row in _pieces(pdf, [_shown(pdf, text) for text in whole], widths):
+                line = table.row()
+                for column, text in enumerate(row):
+                    line.cell(text, style=soft if not heads and column % 2 == 0 else None)
+
+
+def _pieces(pdf: FPDF, row: list[str], widths: tuple[float, ...]) -> list[list[str]]:
+    """A row as rows that each fit on a page: cells of many lines are continued."""
+    cells = [_cut(pdf, text, BODY * width / sum(widths) - 2.6) for text, width in zip(row, widths, strict=True)]
+    count = max(len(cell) for cell in cells)
+    return [[cell[index] if index < len(cell) else "" for cell in cells] for index in range(count)]
+
+
+def _cut(pdf: FPDF, text: str, width: float) -> list[str]:
+    """A text in parts of no more than so many lines of a column, `width` mm wide."""
+    if len(text) * _WIDE_SIGN < width * _MAX_LINES and text.count("\n") < _MAX_LINES:
+        return [text]
+    lines: Any = pdf.multi_cell(width, _LINE, text, dry_run=True, output="LINES")
+    return ["\n".join(lines[start : start + _MAX_LINES]) for start in range(0, len(lines), _MAX_LINES)] or [text]
 
 
 def _pictures(pdf: FPDF, part: Pictures) -> None:
@@ -151,7 +203,7 @@ def _pictures(pdf: FPDF, part: Pictures) -> None:
         total = len(row) * width + (len(row) - 1) * gap
         left, top = MARGIN + (BODY - total) / 2.0, pdf.get_y()
         for index, picture in enumerate(row):
-            draw(pdf, picture, left + index * (width + gap), top, width, FONT)
+            draw(pdf, picture, left + index * (width + gap), top, width, lambda text: _run_of(pdf, text))
         pdf.set_xy(MARGIN, top + height + 1.5)
 
 
@@ -183,6 +235,23 @@ def _keep(pdf: FPDF, height: float) -> None:
 
 
 def _shown(pdf: FPDF, text: str) -> str:
-    """The text with a box for every sign that the font has not."""
-    known = pdf.fonts[FONT.lower()].cmap  # type: ignore[union-attr]
-    return "".join(sign if ord(sign) in known or sign in "\n" else _MISSING for sign in text)
+    """The text with a box for every sign that no font has; these are counted."""
+    out = []
+    for sign in text:
+        has = sign == "\n" or any(ord(sign) in pdf.fonts[name].cmap for name in _fonts(pdf))  # type: ignore[union-attr]
+        if not has:
+            pdf.unprinted[sign] = pdf.unprinted.get(sign, 0) + 1  # type: ignore[attr-defined]
+        out.append(sign if has else _MISSING)
+    return "".join(out)
+
+
+def _fonts(pdf: FPDF) -> tuple[str, ...]:
+    """Keys of the fonts a text may be set in, the certificate's own first."""
+    return (FONT.lower(), *(name for name in pdf.fonts if name.startswith("fallback")))
+
+
+def _run_of(pdf: FPDF, text: str) -> tuple[str, str]:
+    """A text of a picture, and the font that has most of its signs: a picture's text is set in one font."""
+    shown = _shown(pdf, text)
+    best = max(_fonts(pdf), key=lambda name: sum(ord(sign) in pdf.fonts[name].cmap for sign in shown))  # type: ignore[union-attr]
+    return shown, FONT if best == FONT.lower() else best

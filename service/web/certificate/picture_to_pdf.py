@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from service.web.certificate.pdf_style import Paint, paint_of
@@ -11,22 +12,24 @@ from service.web.pictures.drawing import Circle, Group, Item, Line, Picture, Poi
 if TYPE_CHECKING:
     from fpdf import FPDF
 
+FontOf = Callable[[str], tuple[str, str]]
+"""A text as it can be set, and the font of the PDF that has its signs."""
 MM_PER_POINT = 25.4 / 72.0
 
 
-def draw(pdf: FPDF, picture: Picture, left: float, top: float, width: float, font: str) -> float:
-    """Draw a picture `width` mm wide at (left, top) mm with a font that the PDF has; returns its height in mm."""
+def draw(pdf: FPDF, picture: Picture, left: float, top: float, width: float, font_of: FontOf) -> float:
+    """Draw a picture `width` mm wide at (left, top) mm; returns its height in mm."""
     scale = width / picture.width
     for item in picture.items:
-        _Ink(pdf, left, top, scale, font).draw(item)
+        _Ink(pdf, left, top, scale, font_of).draw(item)
     pdf.set_dash_pattern()
     pdf.set_text_color(0, 0, 0)
     return picture.height * scale
 
 
 class _Ink:
-    def __init__(self, pdf: FPDF, left: float, top: float, scale: float, font: str) -> None:
-        self.pdf, self.left, self.top, self.scale, self.font = pdf, left, top, scale, font
+    def __init__(self, pdf: FPDF, left: float, top: float, scale: float, font_of: FontOf) -> None:
+        self.pdf, self.left, self.top, self.scale, self.font_of = pdf, left, top, scale, font_of
 
     def draw(self, item: Item) -> None:
         match item:
@@ -78,8 +81,10 @@ class _Ink:
 
     def _write(self, words: Words) -> None:
         paint = paint_of(words.cls)
-        self.pdf.set_font(self.font, "B" if paint.bold else "", words.size * self.scale / MM_PER_POINT)
+        text, font = self.font_of(words.text)
+        bold = paint.bold and (font.lower() + "B") in self.pdf.fonts
+        self.pdf.set_font(font, "B" if bold else "", words.size * self.scale / MM_PER_POINT)
         self.pdf.set_text_color(*(paint.fill or (0, 0, 0)))
         x, y = self._at(words.at)
         share = {"start": 0.0, "middle": 0.5, "end": 1.0}[words.anchor]
-        self.pdf.text(x - share * self.pdf.get_string_width(words.text), y, words.text)
+        self.pdf.text(x - share * self.pdf.get_string_width(text), y, text)
