@@ -31,7 +31,19 @@ from service.web import form_tokens
 
 HERE = "http://localhost"
 JSON = {"content-type": "application/json"}
-PROBLEM_FIELDS = {"type", "title", "status", "code", "detail", "field", "value", "advice", "errors"}
+PROBLEM_FIELDS = {
+    "type",
+    "title",
+    "status",
+    "code",
+    "detail",
+    "field",
+    "value",
+    "advice",
+    "errors",
+    "key",
+    "parameters",
+}
 POSITIONS = [20.0 * hole for hole in range(1, 19)]
 STOCK_G = (10.0, 20.0, 50.0, 100.0, 200.0, 300.0)
 Vectors = Mapping[str, complex]
