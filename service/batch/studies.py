@@ -12,7 +12,9 @@ from service.balancing.rotor.phasors import phasor, polar
 from service.balancing.selection import compiled
 from service.batch.drawn_answers import Prepared, answer, prepare
 from service.batch.executors import executor
-from service.engine.log_replay import last_problem
+from service.engine.log_replay import last_problem, resolve
+from service.engine.mapping import placement_vectors
+from service.engine.plan_survival import plan_survival
 from service.errors import DrumtrueError, InvalidInput
 from service.model.plan import Placement, Plan
 from service.model.run import Run, RunReading
@@ -59,7 +61,8 @@ class Study:
 
     same: share of the answered draws that choose the plan's own selection, null without a plan. masses: correction mass
     of each plane, g. predicted: amplitude each sensor is left with, in its unit. refused: draws without an answer, by
-    reason. Without any answer there is no spread.
+    reason. Without any answer there is no spread. within, best: how probable it is that the plan keeps every sensor
+    within its limit, and that no selection does better, given the readings' own scatter; null where that is unknown.
     """
 
     draws: int
@@ -68,6 +71,8 @@ class Study:
     masses: tuple[Spread, ...]
     predicted: tuple[Spread, ...]
     refused: tuple[tuple[str, int], ...]
+    within: float | None = None
+    best: float | None = None
 
 
 def study(
@@ -107,7 +112,22 @@ def study(
         for future in as_completed(work):
             found[work[future].start] = future.result()
             progress(sum(len(some) for some in found.values()))
-    return _summed(last, itself, [one for piece in pieces for one in found[piece.start]])
+    summed = _summed(last, itself, [one for piece in pieces for one in found[piece.start]])
+    within, best = _probabilities(last)
+    return replace(summed, within=within, best=best)
+
+
+def _probabilities(log: SessionLog) -> tuple[float | None, float | None]:
+    """How probable it is that the log's own plan meets the limits, and that it is the best."""
+    plans = resolve(log).plans
+    _, posed = last_problem(log)
+    if posed is None or plans[-1].reason is not None:
+        return None, None
+    vectors = placement_vectors(log.machine, plans[-1].placements) - placement_vectors(log.machine, plans[-1].taken_off)
+    found = plan_survival(posed, [vectors])
+    if found is None:
+        return None, None
+    return float(found.within[0]), None if found.best is None else float(found.best[0])
 
 
 def draw_some(
@@ -188,8 +208,6 @@ def _require_scatter(log: SessionLog, scatter: float | None) -> None:
 
 
 def _one(log: SessionLog) -> Draw:
-    from service.engine.log_replay import resolve
-
     try:
         answers = resolve(log)
     except DrumtrueError as error:

@@ -52,6 +52,29 @@ def mass_interval(
     return amplitude_interval(masses, spread, np.full(len(masses), dof), confidence)
 
 
+def drawn_coefficients(
+    fit: InfluenceFit, draws: int, rng: np.random.Generator
+) -> tuple[ComplexArray, ComplexArray] | None:
+    """Draw (v0, A) from the errors of a fit: initial (D, S) and influence (D, S, P) of the sensors it counts.
+
+    Errors of a sensor are circular and normal; where its scatter comes from the residuals, each draw has a scatter of
+    its own (Student). None where the covariance of a sensor that counts is unknown.
+    """
+    counted = np.isfinite(fit.initial)
+    spread, dof = fit.covariance[counted], fit.scatter_dof[counted]
+    if not np.isfinite(spread).all():
+        return None
+    values, axes = np.linalg.eigh(spread)
+    root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    shape = (draws, *spread.shape[:2])
+    circular = rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+    known = dof == KNOWN_SCATTER
+    freedom = np.where(known, 1, dof)
+    wider = np.where(known, 1.0, np.sqrt(freedom / rng.chisquare(np.broadcast_to(freedom, (draws, len(dof))))))
+    error = wider[:, :, None] * np.einsum("sij,dsj->dsi", root, circular)
+    return fit.initial[counted] + error[:, :, 0], fit.influence[counted] + error[:, :, 1:]
+
+
 def resampled_covariance(
     fit: InfluenceFit, solve: Callable[[InfluenceFit], ComplexArray], rng: np.random.Generator, draws: int = 200
 ) -> FloatArray:

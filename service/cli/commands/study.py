@@ -6,11 +6,14 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.support.options import OneSession
+
+if TYPE_CHECKING:
+    from service.batch.studies import Study
 
 Workers = Annotated[
     int | None, typer.Option(min=1, max=256, help="Processes of this machine for long work; default: one a core.")
@@ -34,7 +37,6 @@ def study(
     cluster: Cluster = None,
 ) -> None:
     """Say how sure a session's answer is: solve it again with its readings drawn anew within their scatter."""
-    from service.batch.studies import Study
     from service.batch.studies import study as run
     from service.cli.support.log_files import one_log
 
@@ -42,14 +44,16 @@ def study(
         if sys.stdout.isatty() and not as_json:
             print(f"\r{done}/{draws}", end="", flush=True)
 
-    found: Study = run(
-        one_log(file, session), draws, seed, scatter=scatter, workers=workers, cluster=cluster, progress=say
-    )
+    found = run(one_log(file, session), draws, seed, scatter=scatter, workers=workers, cluster=cluster, progress=say)
     if as_json:
         print(json.dumps(asdict(found), indent=2))
         return
     if sys.stdout.isatty():
         print()
+    _tell(found)
+
+
+def _tell(found: Study) -> None:
     print(f"{found.draws} draws, {found.answered} with an answer")
     for one in found.masses:
         print(f"correction mass in {one.name}: {one.median:.1f} g (90 %: {one.low:.1f} to {one.high:.1f})")
@@ -57,5 +61,9 @@ def study(
         print(f"vibration left at sensor {one.name}: {one.median:.3g} (90 %: {one.low:.3g} to {one.high:.3g})")
     if found.same is not None:
         print(f"the same masses in the same holes: {100 * found.same:.0f} % of the draws")
+    if found.within is not None:
+        print(f"the plan keeps every sensor within its limit: {100 * found.within:.0f} % probable")
+    if found.best is not None:
+        print(f"no other selection does better: {100 * found.best:.0f} % probable")
     for reason, count in found.refused:
         print(f"no answer, {count} times: {reason}")

@@ -1,0 +1,66 @@
+"""Which selections survive the uncertainty: their objective, limits and rank over many draws of the coefficients."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from service.balancing.rotor.phasors import ComplexArray, FloatArray
+from service.balancing.selection.batch.regions import Objectives
+from service.balancing.selection.batch.solver import solve_batch
+from service.balancing.selection.batch.tables import Shared
+from service.balancing.selection.problem import SelectionPlane
+
+QUANTILE = 0.95
+SAME = 1e-9
+"""Relative difference below which a selection is as good as a draw's best."""
+
+
+@dataclass(frozen=True)
+class Survival:
+    """Of each candidate (C,), over the draws.
+
+    quantile_95: objective that 95 % of the draws stay below. within: share of the draws in which every row stays
+    within its limit. best: share of the draws in which no selection has a smaller objective; None where the planes
+    cannot be listed.
+    """
+
+    quantile_95: FloatArray
+    within: FloatArray
+    best: FloatArray | None
+
+
+def survival(
+    objectives: Objectives,
+    candidates: ComplexArray,
+    limits: FloatArray,
+    *,
+    planes: Sequence[SelectionPlane] = (),
+    shared: Shared | None = None,
+) -> Survival:
+    """Rate candidates, vector sums (C, P) in g, over the draws of an objective (D, S, P).
+
+    limits: (S,) greatest |r_s|, in the unit of r. planes, shared: of the problem, from `tables.shared_rows`.
+    """
+    values = values_of(objectives, candidates)
+    worst = values_of(replace(objectives, weights=1.0 / limits, norm="max"), candidates)
+    best = None
+    if shared is not None:
+        least = solve_batch(shared, tuple(planes), objectives).value
+        best = np.asarray((values <= least[:, None] * (1.0 + SAME)).mean(axis=0), dtype=np.float64)
+    return Survival(
+        quantile_95=np.asarray(np.quantile(values, QUANTILE, axis=0), dtype=np.float64),
+        within=np.asarray((worst <= 1.0).mean(axis=0), dtype=np.float64),
+        best=best,
+    )
+
+
+def values_of(objectives: Objectives, candidates: ComplexArray) -> FloatArray:
+    """Objective (D, C) of every candidate in every draw."""
+    draws = np.arange(len(objectives))
+    out = np.empty((len(draws), len(candidates)))
+    for number, vectors in enumerate(candidates):
+        out[:, number] = objectives.values(draws, np.repeat(vectors[None], len(draws), axis=0))
+    return out
