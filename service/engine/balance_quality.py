@@ -13,8 +13,9 @@ from service.balancing.rotor.tolerance import Permissible, permissible, reached
 from service.engine import mapping
 from service.engine.validation import highest_speed, plane_index
 from service.errors import InvalidInput, NumericsError
+from service.messages import Message, Quantity
 from service.model.correction import BearingTolerance, StaticCouple, Tolerance
-from service.model.diagnostic import Diagnostic
+from service.model.diagnostic import Diagnostic, diagnostic
 from service.model.influence import TrialMassSuggestion
 from service.model.machine import Machine
 from service.model.run import MassOnRotor, RunReading
@@ -48,22 +49,19 @@ def tolerance_of(machine: Machine, still_needed: ComplexArray, covariance: Float
     )
 
 
-def tolerance_missing(machine: Machine) -> str | None:
+def tolerance_missing(machine: Machine) -> Message | None:
     """Why no balance quality can be stated although the machine has a grade; None without a grade, or where it can."""
     if machine.balance_grade_mm_s is None:
         return None
     if machine.rotor_mass_kg is None:
-        return "the permissible unbalance follows from the mass of the rotor: state rotor_mass_kg of the machine"
+        return Message("grade_not_judged.rotor_mass_missing")
     bearings = mapping.bearing_places(machine)
     if bearings is None or mapping.plane_places(machine) is None:
-        return (
-            "the permissible unbalance is allocated to two bearings: state where they and the planes stand, axial_mm "
-            "from the mass centre"
-        )
+        return Message("grade_not_judged.bearings_missing")
     try:
         permissible(machine.balance_grade_mm_s, machine.rotor_mass_kg, machine.service_speed_rpm, bearings[1])
     except NumericsError as error:
-        return f"{error.message}. {error.advice}"
+        return Message("grade_not_judged.not_permissible", cause=error.data)
     return None
 
 
@@ -129,15 +127,7 @@ def trial_warnings(machine: Machine, masses: Iterable[MassOnRotor]) -> tuple[Dia
         plane = machine.planes[p]
         found = examine_force(mass.mass_g, plane.radius_mm, machine.service_speed_rpm, carried_kg(machine, p), p)
         if found is not None:
-            out.append(
-                Diagnostic(
-                    code=found.code,
-                    severity=found.severity,
-                    message=found.message,
-                    advice=found.advice,
-                    planes=(plane.name,),
-                )
-            )
+            out.append(diagnostic(found.data, found.severity, planes=(plane.name,)))
     return tuple(out)
 
 
@@ -147,16 +137,10 @@ def speed_warnings(machine: Machine, nominal_rpm: float, readings: Iterable[RunR
     fastest = max(nominal_rpm, *(speed for speed in fast.values() if speed is not None), 0.0)
     if fastest <= highest_speed(machine):
         return ()
-    return (
-        Diagnostic(
-            code="over_speed",
-            severity="warning",
-            message=f"a run at {fastest:.9g} r/min is above the service speed of {machine.service_speed_rpm:.9g} r/min",
-            advice="slow the machine down and take the run again, then leave this one out; if the speed is mistyped, "
-            "store the run again with `supersedes`",
-            sensors=tuple(fast),
-        ),
+    told = Message(
+        "over_speed", speed=Quantity(fastest, "r/min"), service_speed=Quantity(machine.service_speed_rpm, "r/min")
     )
+    return (diagnostic(told, "warning", sensors=tuple(fast)),)
 
 
 def _permissible(machine: Machine) -> Permissible | None:

@@ -20,10 +20,12 @@ from service.engine.influence_fits import Fitted, fit_runs, fit_saved, fit_witho
 from service.engine.mapping import Channel
 from service.engine.validation import check_masses, plane_index, require_unique
 from service.errors import InvalidInput, NumericsError
+from service.messages import Message, Quantity, render
 from service.model.correction import Correction, CorrectionRequest, FitQuality, PlaneMass, SensorVector
-from service.model.diagnostic import Diagnostic
+from service.model.diagnostic import Diagnostic, diagnostic
 from service.model.influence import SavedInfluence
 from service.model.machine import Machine
+from service.model.message import message_data
 from service.model.plan import Placement
 from service.model.run import MassOnRotor, Run, RunOut
 
@@ -100,6 +102,7 @@ def _answered(
     fit, dof = fitted.fit, int(fitted.fit.scatter_dof.min())
     as_found = predict(fit, np.zeros(len(machine.planes), dtype=complex))
     present = _present(machine, runs, on_rotor)
+    ungraded = balance_quality.tolerance_missing(machine)
     return Correction(
         id=key,
         number=number,
@@ -113,7 +116,8 @@ def _answered(
         quality=_quality(fitted, answer),
         static_couple=balance_quality.static_couple_of(machine, answer.masses),
         tolerance=balance_quality.tolerance_of(machine, answer.masses - present, answer.covariance, dof),
-        tolerance_missing=balance_quality.tolerance_missing(machine),
+        tolerance_missing=None if ungraded is None else render(ungraded),
+        tolerance_missing_data=message_data(ungraded),
         alternatives=_alternatives(machine, fitted, request, asked),
         saved_influence=saved if request.source == "saved_influence" else None,
         earlier_runs=earlier,
@@ -254,19 +258,13 @@ def _diagnostics(
         return ()
     names = [plane.name for plane in machine.planes]
     extra = [
-        f"{mass:.3g} g at {angle:.0f} deg in {name}"
+        Message("piece_at", mass=Quantity(mass, "g"), angle=Quantity(angle, "deg"), plane=name)
         for name, vector in zip(names, fitted.amplitudes.resolving_run, strict=True)
         for mass, angle in [polar(complex(vector), machine.angle_sense)]
         if mass > 0.0
     ]
-    return (
-        Diagnostic(
-            code="ambiguous_without_phase",
-            severity="warning",
-            message=f"{len(fitted.amplitudes.models)} corrections explain the amplitudes equally well",
-            advice=f"Take one more run with {' and '.join(extra)}, and nothing else changed: it tells them apart.",
-        ),
-    )
+    told = Message("ambiguous_without_phase", corrections=len(fitted.amplitudes.models), masses=extra)
+    return (diagnostic(told, "warning"),)
 
 
 def _alternatives(

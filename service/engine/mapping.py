@@ -16,8 +16,9 @@ from service.balancing.rotor.phasors import ComplexArray, FloatArray, phasor, po
 from service.balancing.rotor.units import Scale, convert_amplitude
 from service.engine.validation import plane_index
 from service.errors import InvalidInput
+from service.messages import Part, Quantity, Word
 from service.model.correction import Ellipse, Interval, PlaneMass, SensorVector
-from service.model.diagnostic import Diagnostic
+from service.model.diagnostic import Diagnostic, diagnostic
 from service.model.influence import Coefficient
 from service.model.machine import Machine, Sensor
 from service.model.plan import Placement, Plan
@@ -131,11 +132,9 @@ def diagnostics(
 ) -> tuple[Diagnostic, ...]:
     """Findings with names for indices."""
     return tuple(
-        Diagnostic(
-            code=finding.code,
-            severity=finding.severity,
-            message=finding.message,
-            advice=finding.advice,
+        diagnostic(
+            finding.data,
+            finding.severity,
             runs=tuple(runs[k].number for k in finding.runs),
             planes=tuple(machine.planes[p].name for p in finding.planes),
             sensors=tuple(rows[s].sensor.name for s in finding.sensors),
@@ -162,9 +161,12 @@ def labels(machine: Machine, runs: Sequence[Run], rows: Sequence[Channel]) -> La
     """Names for the messages of the numerics."""
     several = len({row.speed_rpm for row in rows}) > 1
     return Labels(
-        runs=tuple(f"{run.number} ({run.kind})" for run in runs),
+        runs=tuple(Part("run", run.number, note=Word(run.kind)) for run in runs),
         planes=tuple(plane.name for plane in machine.planes),
-        sensors=tuple(f"{row.sensor.name} at {row.speed_rpm:g} r/min" if several else row.sensor.name for row in rows),
+        sensors=tuple(
+            Part("sensor", number, row.sensor.name, Quantity(row.speed_rpm, "r/min") if several else None)
+            for number, row in enumerate(rows, start=1)
+        ),
     )
 
 

@@ -12,8 +12,9 @@ from service.balancing.rotor.units import Scale, convert_amplitude
 from service.engine import mapping
 from service.engine.mapping import Channel, amplitudes_of, limit_of
 from service.engine.rotor_state import Drum
+from service.messages import Message, Quantity
 from service.model.correction import Tolerance
-from service.model.diagnostic import Diagnostic
+from service.model.diagnostic import Diagnostic, diagnostic
 from service.model.machine import Machine
 from service.model.report import BeforeAfter, Outcome, Verdict, Zone
 from service.model.run import MassOnRotor, Run
@@ -70,7 +71,7 @@ def unchecked(drum: Drum) -> tuple[Diagnostic, ...]:
     return tuple(out)
 
 
-def judged(drum: Drum, tolerance: Tolerance | None, no_grade: str | None) -> Verdict:
+def judged(drum: Drum, tolerance: Tolerance | None, no_grade: Message | None) -> Verdict:
     """Compare the drum as it is now with what was asked for.
 
     tolerance: balance quality of the masses on the drum now. no_grade: why there is none although a grade is stated.
@@ -197,59 +198,24 @@ def _zone(machine: Machine, row: Channel, run: Run | None) -> Zone | None:
 
 def _no_check(drum: Drum) -> Diagnostic:
     if drum.fitted is None:
-        return Diagnostic(
-            code="not_fitted",
-            severity="warning",
-            message="no masses of a plan are on the drum",
-            advice="Fit a plan and take a check run.",
-        )
+        return diagnostic(Message("not_fitted"), "warning")
     checks = [run for run in drum.good if run.kind == "check"]
     if not checks:
-        return Diagnostic(
-            code="not_checked",
-            severity="warning",
-            message="no check run has been taken",
-            advice="Take a check run with the masses that are on the drum.",
-        )
-    return Diagnostic(
-        code="changed_after_check",
-        severity="warning",
-        message=f"run {checks[-1].number} is not of the masses that are on the drum now",
-        advice="Take a check run with the masses that are on the drum.",
-        runs=(checks[-1].number,),
-        parameters={"run": checks[-1].number},
-    )
+        return diagnostic(Message("not_checked"), "warning")
+    last = checks[-1].number
+    return diagnostic(Message("changed_after_check", run=last), "warning", runs=(last,))
 
 
 def _not_measured(checks: Sequence[Run], speed: float, missing: Sequence[str]) -> Diagnostic:
-    names = ", ".join(missing)
+    values = {"speed": Quantity(speed, "r/min"), "sensors": tuple(missing)}
     other = [run.number for run in checks if any(off_speed(r.speed_rpm, run.nominal_speed_rpm) for r in run.readings)]
     if other:
-        return Diagnostic(
-            code="check_at_other_speed",
-            severity="warning",
-            message=f"not checked at {speed:g} r/min: {names}; run {other[-1]} turned at another speed",
-            advice="Take the check run at that speed.",
-            runs=(other[-1],),
-            sensors=tuple(missing),
-            parameters={"speed_rpm": speed, "sensors": names, "run": other[-1]},
-        )
-    return Diagnostic(
-        code="sensor_not_checked",
-        severity="warning",
-        message=f"not checked at {speed:g} r/min: {names}",
-        advice="Take a check run in which each sensor with a limit is read, at each speed.",
-        sensors=tuple(missing),
-        parameters={"speed_rpm": speed, "sensors": names},
-    )
+        told = Message("check_at_other_speed", run=other[-1], **values)
+        return diagnostic(told, "warning", runs=(other[-1],), sensors=tuple(missing))
+    return diagnostic(Message("sensor_not_checked", **values), "warning", sensors=tuple(missing))
 
 
-def _grade_not_judged(grade: float, why: str | None) -> Diagnostic:
-    reason = why or "the runs do not determine the influence coefficients"
-    return Diagnostic(
-        code="grade_not_judged",
-        severity="warning",
-        message=f"balance quality G {grade:g} was asked for and could not be judged: {reason}",
-        advice="State what is missing of the machine, or take the grade off it and set a vibration limit.",
-        parameters={"grade_mm_s": grade, "reason": reason},
+def _grade_not_judged(grade: float, why: Message | None) -> Diagnostic:
+    return diagnostic(
+        Message("grade_not_judged", grade=grade, reason=why or Message("grade_not_judged.runs")), "warning"
     )

@@ -15,6 +15,8 @@ from typing import Any
 TEXTS = Path(__file__).parent / "texts"
 SOURCE = "en"
 """The language that every text has."""
+ENGLISH_ONLY = frozenset({"arrays", "terminal"})
+"""Files whose texts reach callers in Python and readers at the command line, never a page."""
 FIELDS = frozenset({"message", "advice"})
 _PLAIN = frozenset({"word", "unit", "part", "list"})
 """Tables of plain texts, which other texts are put together from."""
@@ -41,13 +43,13 @@ class Entry:
 
 
 @cache
-def entries(language: str) -> Mapping[str, Entry]:
-    """Every text of a language by its key; empty for a language that has none."""
+def entries(language: str, name: str = "*") -> Mapping[str, Entry]:
+    """Every text of a language, or of one of its files, by its key; empty for a language that has none."""
     # Imported here: a command that says nothing needs no texts.
     import tomllib
 
     found: dict[str, Entry] = {}
-    for path in sorted((TEXTS / language).glob("*.toml")):
+    for path in sorted((TEXTS / language).glob(f"{name}.toml")):
         for key, entry in _entries(tomllib.loads(path.read_text(encoding="utf-8"))):
             if key in found:
                 raise ValueError(f"{path.name}: the key {key} must be used once, got it again")

@@ -69,7 +69,10 @@ def _form(text: Text, parameters: Mapping[str, Parameter], language: str) -> str
 
 
 def _shown(value: Parameter, spec: str, reader: Reader) -> str:
-    """A value as the text asks for it. spec: of a number; of a list `and`, `or` or `,`, then its items' after `|`."""
+    """A value as the text asks for it.
+
+    spec: of a number; of a list `and`, `or`, `,`, `;` or `()`, then its items' after `|`; `advice` of a message.
+    """
     if isinstance(value, tuple):
         joint, _, inner = spec.partition("|")
         return _listed([_shown(one, inner, reader) for one in value], joint or "and", reader.language)
@@ -83,7 +86,9 @@ def _shown(value: Parameter, spec: str, reader: Reader) -> str:
         return word("word", value.name, reader.language)
     if isinstance(value, Part):
         return _part(value, reader)
-    return render(value, reader) if isinstance(value, Message) else value
+    if isinstance(value, Message):
+        return (render_advice(value, reader) or "") if spec == "advice" else render(value, reader)
+    return value
 
 
 def _number(value: float, spec: str, reader: Reader) -> str:
@@ -103,7 +108,9 @@ def _part(part: Part, reader: Reader) -> str:
 
 
 def _listed(items: list[str], joint: str, language: str) -> str:
-    """`a`, `a and b`, `a, b and c`; with `or` in place of `and`; or `a, b, c`."""
-    if joint == "," or len(items) < 2:
-        return ", ".join(items) or word("list", "empty", language)
+    """`a`, `a and b`, `a, b and c`; with `or` in place of `and`; `a, b, c`; `(a, b, c)`."""
+    if joint == "()":
+        return f"({', '.join(items)}{',' * (len(items) == 1)})"
+    if joint in {",", ";"} or len(items) < 2:
+        return f"{joint} ".join(items) or word("list", "empty", language)
     return f"{', '.join(items[:-1])} {word('list', joint, language)} {items[-1]}"

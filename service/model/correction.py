@@ -9,6 +9,7 @@ from annotated_types import Ge, Le, Len
 from service.model.base import Name, Positive, document
 from service.model.diagnostic import Diagnostic
 from service.model.influence import Coefficient, SavedInfluence
+from service.model.message import MessageData
 from service.model.run import MassOnRotor, Run
 
 CorrectionMethod = Literal["least_squares", "weighted", "minimax", "static_couple"]
@@ -216,3 +217,5 @@ class Correction:
     """True: a run was added or excluded since."""
     tolerance_missing: str | None = None
     """Why `tolerance` is null although the machine states a grade; null otherwise."""
+    tolerance_missing_data: MessageData | None = None
+    """`tolerance_missing` as data."""

@@ -10,6 +10,7 @@ from service.model.correction import Tolerance
 from service.model.diagnostic import Diagnostic
 from service.model.influence import Coefficient
 from service.model.machine import Machine
+from service.model.message import MessageData
 from service.model.plan import BearingForces, Placement, PlanStatus
 from service.model.run import MassOnRotor
 from service.model.session import SessionSummary
@@ -123,3 +124,5 @@ class Report:
     """What the runs say of themselves, worst first."""
     verdict: Verdict
     """Whether what was asked for is reached by the drum as it is now."""
+    tolerance_missing_data: MessageData | None = None
+    """`tolerance_missing` as data."""

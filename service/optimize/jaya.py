@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.problem import FEASIBILITY, FloatArray, MixedProblem, validate
 
 Rules = Literal["improved", "published"]
@@ -79,7 +80,7 @@ class Jaya(Iterator[Generation]):
     ) -> None:
         validate(problem)
         if members < 2 or runs < 1:
-            raise NumericsError(f"{members} members in {runs} runs: Jaya needs at least 2 members and 1 run")
+            raise NumericsError(Message("numerics.jaya_members", members=members, runs=runs))
         self._problem, self._rng, self._rules = problem, rng, rules
         self._lower, self._upper = problem.lower, problem.upper
         self._shape = (runs, members, len(problem.variables))
@@ -217,7 +218,9 @@ def solve(
 ) -> JayaResult:
     """Run `generations` generations, or until `stop()`; the initial population counts as the first of them."""
     if generations < 1:
-        raise NumericsError(f"{generations} generations: state at least 1", field="generations", value=generations)
+        raise NumericsError(
+            Message("numerics.generations", generations=generations), field="generations", value=generations
+        )
     search = Jaya(problem, members, np.random.default_rng(seed), runs=runs, rules=rules)
     state = next(search)
     while state.number < generations and not stop():

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import NumericsError
+from service.messages import Message
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -156,7 +157,7 @@ class MixedProblem:
 def validate(problem: MixedProblem) -> None:
     """Raise NumericsError for a problem without variables or a variable without an allowed value."""
     if not problem.variables:
-        raise NumericsError("the problem has no variable: state at least one", field="variables")
+        raise NumericsError(Message("numerics.no_variable"), field="variables")
     first = {id(variable): number for number, variable in reversed(list(enumerate(problem.variables)))}
     for number in sorted(first.values()):
         variable, name = problem.variables[number], f"variable {number}"
@@ -164,18 +165,18 @@ def validate(problem: MixedProblem) -> None:
             _listed(variable, name)
         elif not (math.isfinite(variable.lower) and math.isfinite(variable.upper) and variable.lower <= variable.upper):
             raise NumericsError(
-                f"{name} ranges from {variable.lower} to {variable.upper}: state finite bounds, the lower one first",
-                field=name,
+                Message("numerics.bounds_not_finite", name=name, lower=variable.lower, upper=variable.upper), field=name
             )
 
 
 def _listed(variable: Discrete | Circular, name: str) -> None:
     values = np.asarray(variable.values, dtype=np.float64)
     if values.size == 0 or not np.isfinite(values).all() or (np.diff(values) <= 0.0).any():
-        raise NumericsError(f"{name} needs a list of finite values in ascending order, each once", field=name)
+        raise NumericsError(Message("numerics.values_not_ascending", name=name), field=name)
     if isinstance(variable, Circular) and not (values[0] >= 0.0 and values[-1] < variable.period):
         raise NumericsError(
-            f"{name} has values from {values[0]:g} to {values[-1]:g}: on a circle they lie from 0 to below "
-            f"{variable.period:g}",
+            Message(
+                "numerics.values_outside_period", name=name, first=values[0], last=values[-1], period=variable.period
+            ),
             field=name,
         )

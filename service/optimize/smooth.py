@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.problem import FEASIBILITY, FloatArray
 
 Objective = Callable[[FloatArray], tuple[float, FloatArray]]
@@ -49,15 +50,11 @@ def validate_smooth(problem: SmoothProblem) -> None:
     """Raise NumericsError unless the bounds are finite, of one shape and not crossed."""
     if problem.lower.shape != problem.upper.shape or problem.lower.ndim != 1 or problem.lower.size == 0:
         raise NumericsError(
-            f"the bounds have shapes {problem.lower.shape} and {problem.upper.shape}: state one of each a variable",
-            code="bounds_shape",
-            field="lower",
+            Message("bounds_shape", lower=problem.lower.shape, upper=problem.upper.shape), field="lower"
         )
     wrong = ~(np.isfinite(problem.lower) & np.isfinite(problem.upper) & (problem.lower <= problem.upper))
     if wrong.any():
         i = int(wrong.argmax())
         raise NumericsError(
-            f"variable {i} ranges from {problem.lower[i]} to {problem.upper[i]}: state finite bounds, the lower first",
-            code="bounds_crossed",
-            field=f"variable {i}",
+            Message("bounds_crossed", variable=i, lower=problem.lower[i], upper=problem.upper[i]), field=f"variable {i}"
         )

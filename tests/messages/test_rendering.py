@@ -28,7 +28,7 @@ TEXTS = {
 @pytest.fixture(autouse=True)
 def known_texts(monkeypatch: pytest.MonkeyPatch) -> None:
     present = entries("en")
-    monkeypatch.setattr("service.messages.catalogue.entries", lambda _language: {**present, **TEXTS})
+    monkeypatch.setattr("service.messages.catalogue.entries", lambda *_: {**present, **TEXTS})
 
 
 def mass_message(name: str) -> Message:

@@ -11,19 +11,14 @@ import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
+from service.messages import Message
 
 
 def plane_shares(axial_mm: FloatArray, planes_mm: FloatArray) -> FloatArray:
     """Shares (..., 2) that planes at `planes_mm` (2,) take of unbalance at `axial_mm` (...); they add up to 1."""
     first, second = (float(plane) for plane in planes_mm)
     if first == second:
-        raise NumericsError(
-            f"the planes must stand at two different axial positions, got {first:g} mm twice",
-            code="planes_at_one_position",
-            field="planes_axial_mm",
-            value=first,
-            advice="state where each plane is, or leave the planes out for one plane",
-        )
+        raise NumericsError(Message("planes_at_one_position", at=first), field="planes_axial_mm", value=first)
     to_second = (np.asarray(axial_mm, dtype=np.float64) - first) / (second - first)
     return np.stack([1.0 - to_second, to_second], axis=-1)
 
@@ -36,7 +31,7 @@ def end_gains(radius_mm: FloatArray, angles: FloatArray, axial_mm: FloatArray, t
     """
     turn = np.asarray(radius_mm) * np.exp(1j * np.asarray(angles))
     if axial_mm.shape != (len(turn), 2):
-        raise NumericsError(f"axial_mm has shape {axial_mm.shape}: give both ends of {len(turn)} places")
+        raise NumericsError(Message("numerics.axial_positions_shape", shape=axial_mm.shape, ends=len(turn)))
     return np.asarray(turn[:, None, None] * to_planes)
 
 

@@ -13,9 +13,10 @@ from itertools import islice, product
 import numpy as np
 
 from service.balancing.influence.fit import InfluenceFit, condition
-from service.balancing.rotor.labels import Labels, listed
+from service.balancing.rotor.labels import Labels
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
+from service.messages import Message, Quantity
 
 _STARTS = 96
 _STEPS = 80
@@ -66,24 +67,21 @@ def four_run(initial: float, trial_mass: float, angles: FloatArray, amplitudes: 
     different angles, or amplitudes that no trial effect explains.
     """
     if len(angles) != len(amplitudes) or not np.isfinite([initial, trial_mass, *angles, *amplitudes]).all():
-        raise NumericsError("angles and amplitudes must be finite and as many of one as of the other", field="runs")
+        raise NumericsError(Message("numerics.amplitudes_and_angles"), field="runs")
     design = np.stack([np.ones_like(angles), np.cos(angles), -np.sin(angles)], axis=1)
     if initial <= 0.0 or trial_mass == 0.0 or np.linalg.matrix_rank(design, tol=1e-6) < 3:
         raise NumericsError(
-            f"{len(angles)} trials of {trial_mass:g} g from an amplitude of {initial:g} do not determine a correction",
-            code="too_few_runs",
+            Message(
+                "too_few_runs.amplitudes_of_one_plane",
+                count=len(angles),
+                mass=Quantity(trial_mass, "g"),
+                initial=initial,
+            ),
             field="runs",
-            advice="Run the same trial mass at three different angles, best 120 degrees apart.",
         )
     square, c, s = np.linalg.lstsq(design, amplitudes**2 - initial**2, rcond=None)[0]
     if square <= 0.0:
-        raise NumericsError(
-            "the trial amplitudes are too small for any effect of the trial mass",
-            code="runs_contradict",
-            field="runs",
-            value=amplitudes.tolist(),
-            advice="Check the amplitudes; repeat with a larger trial mass.",
-        )
+        raise NumericsError(Message("runs_contradict.amplitudes_too_small"), field="runs", value=amplitudes.tolist())
     effect = float(np.sqrt(square))
     return FourRun(effect, complex(-initial * trial_mass / effect * np.exp(-1j * np.arctan2(s, c))))
 
@@ -110,22 +108,26 @@ def fit_amplitudes(
 def _validate(masses: ComplexArray, amplitudes: FloatArray, labels: Labels) -> None:
     if masses.ndim != 2 or amplitudes.ndim != 2 or len(masses) != len(amplitudes) or 0 in amplitudes.shape:
         raise NumericsError(
-            f"masses must be (K, P) and amplitudes (K, S); got {masses.shape} and {amplitudes.shape}", field="runs"
+            Message("numerics.amplitudes_shape", masses=masses.shape, amplitudes=amplitudes.shape), field="runs"
         )
     if not np.isfinite(masses).all() or (amplitudes < 0.0).any() or np.isinf(amplitudes).any():
-        raise NumericsError("masses must be finite and amplitudes finite numbers >= 0", field="runs")
+        raise NumericsError(Message("numerics.amplitudes_not_finite"), field="runs")
     needed = 2 * masses.shape[1] + 1
     for s, count in enumerate(np.isfinite(amplitudes).sum(axis=0)):
         if count < needed:
             raise NumericsError(
-                f"{labels.sensor(s)} has {count} amplitudes; without phase {masses.shape[1]} planes need {needed} runs",
-                code="too_few_runs",
+                Message(
+                    "too_few_runs.amplitudes",
+                    sensor=labels.sensor(s),
+                    count=count,
+                    planes=masses.shape[1],
+                    needed=needed,
+                ),
                 field="runs",
                 value=int(count),
-                advice="Run each trial mass at two more angles, or measure with a key-phasor.",
             )
     if not np.nan_to_num(amplitudes).any():
-        raise NumericsError("all amplitudes are zero", code="all_readings_zero", field="runs")
+        raise NumericsError(Message("all_readings_zero.amplitudes"), field="runs")
 
 
 def _solutions(
@@ -137,11 +139,13 @@ def _solutions(
     bare = [p for p in range(len(scale)) if scale[p] == 0.0]
     if bare:
         raise NumericsError(
-            f"no run has a mass in {listed(map(labels.plane, bare))}",
-            code="too_few_runs",
+            Message(
+                "too_few_runs.plane_without_mass_amplitudes",
+                planes=map(labels.plane, bare),
+                plane=labels.plane(bare[0]),
+            ),
             field="runs",
             value=bare,
-            advice=f"Add runs with a mass in {labels.plane(bare[0])} at two different angles.",
         )
     design = np.concatenate([np.ones((seen.sum(), 1)), masses[seen] / scale], axis=1)
     V = amplitude[seen]
@@ -206,12 +210,7 @@ def _refuse_continuum(design: ComplexArray, x: ComplexArray, sensor: int, labels
     if int((singular > 1e-7 * singular[0]).sum()) >= J.shape[1] - 1:
         return
     raise NumericsError(
-        f"the runs leave a continuum of coefficients for {labels.sensor(sensor)}, or two that scatter has run into "
-        "one: the trial masses stood in too few different directions",
-        code="planes_not_separated",
-        field="runs",
-        value=sensor,
-        advice="Run the trial mass of each plane at three different angles, best 120 degrees apart.",
+        Message("planes_not_separated.amplitudes", sensor=labels.sensor(sensor)), field="runs", value=sensor
     )
 
 

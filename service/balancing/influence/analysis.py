@@ -12,6 +12,7 @@ from service.balancing.influence.diagnosis.findings import NOTHING_ELSE, Circums
 from service.balancing.influence.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.influence.speed_scatter import with_speed_scatter
 from service.errors import NumericsError
+from service.messages import Message
 
 Method = Literal["least_squares", "minimax"]
 _ORDER = {"error": 0, "warning": 1, "info": 2}
@@ -72,5 +73,6 @@ def _with_cause(error: NumericsError, findings: tuple[Finding, ...]) -> Numerics
     if not findings or findings[0].severity != "error":
         return error
     cause = findings[0]
-    message = f"{cause.message}; therefore {error.message}"
-    return NumericsError(message, code=cause.code, field="runs", value=list(cause.runs), advice=cause.advice)
+    # The advice is that of the cause: what follows from it goes away with it.
+    message = Message("cause", cause=cause.data, effect=error.data or error.message)
+    return NumericsError(message, code=cause.code, field="runs", value=list(cause.runs))

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from service.balancing.influence.fit import InfluenceFit, Prediction, predict
 from service.balancing.influence.minimax import solve_grouped
-from service.balancing.rotor.labels import listed
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
 from service.errors import NumericsError
+from service.messages import Message
 
 # A direction of the correction seen by less than this share of the strongest is not seen at all.
 _RANK_TOLERANCE = 1e-10
@@ -82,10 +82,7 @@ def minimax(fit: InfluenceFit, weights: FloatArray | None = None, wishes: Wishes
     problem = _problem(fit, weights, wishes or Wishes())
     if problem.damping:
         raise NumericsError(
-            f"damping {problem.damping} does not go with minimax",
-            field="damping",
-            value=problem.damping,
-            advice="Limit the mass per plane instead, or ask for least squares.",
+            Message("numerics.damping_with_minimax", damping=problem.damping), field="damping", value=problem.damping
         )
     _unlimited(problem, fit)
     groups = np.arange(len(problem.b))
@@ -121,23 +118,21 @@ def _problem(fit: InfluenceFit, weights: FloatArray | None, wishes: Wishes) -> _
         planes = np.array(sorted(set(wishes.planes)), dtype=np.int64)
     if len(planes) == 0 or planes[0] < 0 or planes[-1] >= count:
         raise NumericsError(
-            f"planes {list(wishes.planes or ())} must name at least one of 0 to {count - 1}",
+            Message("numerics.planes_unknown", planes=list(wishes.planes or ()), last=count - 1),
             field="planes",
             value=list(wishes.planes or ()),
-            advice="Name the planes that may be corrected.",
         )
     held[planes] = 0.0
     limits = np.full(count, np.inf) if wishes.max_mass is None else np.asarray(wishes.max_mass, dtype=np.float64)
     if limits.shape != (count,) or not (limits > 0.0).all():
         raise NumericsError(
-            f"max_mass must be {count} numbers of g above 0; got {limits.tolist()}",
+            Message("numerics.max_mass_not_positive", count=count, limits=limits.tolist()),
             field="max_mass",
             value=limits.tolist(),
-            advice="Leave a plane out of `planes` instead of allowing it no mass.",
         )
     if not 0.0 <= wishes.damping < np.inf:
         raise NumericsError(
-            f"damping must be a finite number >= 0; got {wishes.damping}", field="damping", value=str(wishes.damping)
+            Message("numerics.damping_negative", damping=wishes.damping), field="damping", value=str(wishes.damping)
         )
     rows = fit.influence[used] * w[:, None]
     b = fit.initial[used] * w + rows @ (held + later)
@@ -149,9 +144,7 @@ def _per_plane(name: str, masses: ComplexArray | None, count: int) -> ComplexArr
         return np.zeros(count, dtype=np.complex128)
     if masses.shape != (count,) or not np.isfinite(masses).all():
         raise NumericsError(
-            f"{name} must be {count} finite vectors, one per plane; got {masses.tolist()}",
-            field=name,
-            advice="State one mass vector per plane, zero where the plane carries none.",
+            Message("numerics.mass_vectors", name=name, count=count, masses=masses.tolist()), field=name
         )
     return masses.astype(np.complex128)
 
@@ -180,10 +173,7 @@ def usable(fit: InfluenceFit, weights: FloatArray | None) -> tuple[NDArray[np.bo
     w = np.asarray(weights, dtype=np.float64)
     if w.shape != (sensors,) or not np.isfinite(w).all() or (w < 0.0).any() or not (w > 0.0).any():
         raise NumericsError(
-            f"weights must be {sensors} finite numbers >= 0, not all zero; got {w.tolist()}",
-            field="weights",
-            value=w.tolist(),
-            advice="State one positive limit per sensor.",
+            Message("numerics.weights_negative", count=sensors, weights=w.tolist()), field="weights", value=w.tolist()
         )
     used = np.isfinite(fit.initial) & (w > 0.0)
     return used, w[used]
@@ -243,23 +233,16 @@ def _unlimited(problem: _Problem, fit: InfluenceFit) -> tuple[ComplexArray, floa
     if unseen.any():
         dead = [int(plane) for plane in planes[unseen]]
         raise NumericsError(
-            f"masses in {listed(map(name, dead))} move no sensor",
-            code="planes_dependent",
-            field="planes",
-            value=dead,
-            advice="Check that the trial mass was on the rotor, or correct in the other planes only.",
+            Message("planes_dependent.without_effect", planes=map(name, dead)), field="planes", value=dead
         )
     left, singular, right = np.linalg.svd(A / length, full_matrices=len(A) < A.shape[1])
     rank = int((singular > _RANK_TOLERANCE * singular[0]).sum())
     if rank < A.shape[1]:
         alike = [int(plane) for plane in planes[np.abs(right[rank:]).max(axis=0) > 1e-6]]
         raise NumericsError(
-            f"masses in {listed(map(name, alike))} act alike on the {len(A)} sensors that count, "
-            "so many corrections do equally well",
-            code="planes_dependent",
+            Message("planes_dependent.alike", planes=map(name, alike), sensors=len(A), plane=name(alike[-1])),
             field="planes",
             value=alike,
-            advice=f"Correct without {name(alike[-1])}, or add a sensor that tells the planes apart.",
         )
     if not problem.damping:
         return -(right.conj().T @ (left.conj().T @ problem.b / singular)) / length, 0.0

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.balancing.rotor.intervals import amplitude_interval
-from service.balancing.rotor.labels import Labels, listed
+from service.balancing.rotor.labels import Labels
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
 from service.errors import NumericsError
+from service.messages import Message
 
 __all__ = [
     "KNOWN_SCATTER",
@@ -158,9 +159,7 @@ def predict(fit: InfluenceFit, masses: ComplexArray, reading_scatter: FloatArray
     """
     if masses.shape != fit.influence.shape[1:] or not np.isfinite(masses).all():
         raise NumericsError(
-            f"masses must be {fit.influence.shape[1]} finite vectors, one per plane; got {masses.tolist()}",
-            field="masses",
-            advice="State one mass vector per plane, zero where the plane carries none.",
+            Message("numerics.masses_of_fit", count=fit.influence.shape[1], masses=masses.tolist()), field="masses"
         )
     state = np.ones(1 + len(masses), dtype=np.complex128)
     state[1:] = masses
@@ -234,55 +233,53 @@ def _validate(runs: RunSet) -> None:
     masses, vibration, scatter = runs.masses, runs.vibration, runs.scatter
     if masses.ndim != 2 or vibration.ndim != 2 or scatter.shape != vibration.shape or len(masses) != len(vibration):
         raise NumericsError(
-            "runs must be masses (K, P), vibration (K, S) and scatter (K, S); "
-            f"got {masses.shape}, {vibration.shape} and {scatter.shape}",
+            Message("numerics.runs_shape", masses=masses.shape, vibration=vibration.shape, scatter=scatter.shape),
             field="runs",
         )
     if 0 in masses.shape or 0 in vibration.shape:
         raise NumericsError(
-            f"{len(masses)} runs, {masses.shape[1]} planes and {vibration.shape[1]} sensors: each needs at least one",
+            Message("numerics.runs_empty", runs=len(masses), planes=masses.shape[1], sensors=vibration.shape[1]),
             field="runs",
-            advice="Measure the rotor as found, then with a trial mass in each plane.",
         )
     if not np.isfinite(masses).all():
         bad = np.argwhere(~np.isfinite(masses))
         run, plane = (int(index) for index in bad[0])
         raise NumericsError(
-            f"the mass of {runs.labels.run(run)} in {runs.labels.plane(plane)} is not a finite number",
+            Message("numerics.mass_not_finite", run=runs.labels.run(run), plane=runs.labels.plane(plane)),
             field="masses",
             value=str(masses[run, plane]),
-            advice="State mass and angle of every piece on the rotor during that run.",
         )
     wrong = np.isinf(vibration) | (scatter < 0.0) | np.isinf(scatter)
     if wrong.any():
         bad = np.argwhere(wrong)
         run, sensor = (int(index) for index in bad[0])
         raise NumericsError(
-            f"the reading of {runs.labels.sensor(sensor)} in {runs.labels.run(run)} has an infinite value or a scatter "
-            f"that is not a finite number >= 0: {vibration[run, sensor]}, scatter {scatter[run, sensor]}",
+            Message(
+                "numerics.reading_not_finite",
+                sensor=runs.labels.sensor(sensor),
+                run=runs.labels.run(run),
+                value=vibration[run, sensor],
+                scatter=scatter[run, sensor],
+            ),
             field="vibration",
-            advice="Correct that reading, or leave it out.",
         )
     if not (np.abs(vibration) > 0.0).any():
-        raise NumericsError(
-            "all readings are zero or missing",
-            code="all_readings_zero",
-            field="vibration",
-            advice="Check that the sensors and the key-phasor are connected and the rotor turns, then measure again.",
-        )
+        raise NumericsError(Message("all_readings_zero"), field="vibration")
 
 
 def _require_masses(runs: RunSet, scale: FloatArray) -> None:
     if scale.all():
         return
     bare = [int(plane) for plane in np.flatnonzero(scale == 0.0)]
-    names = listed(runs.labels.plane(plane) for plane in bare)
     raise NumericsError(
-        f"no run has a mass in {names}: its influence cannot be known from {len(runs.masses)} runs",
-        code="too_few_runs",
+        Message(
+            "too_few_runs.plane_without_mass",
+            planes=map(runs.labels.plane, bare),
+            count=len(runs.masses),
+            plane=runs.labels.plane(bare[0]),
+        ),
         field="runs",
         value=bare,
-        advice=f"Add a trial run with a mass in {runs.labels.plane(bare[0])}.",
     )
 
 
@@ -293,21 +290,21 @@ def _refuse_or_leave_out(
     solvable: NDArray[np.bool_],
     incomplete: Literal["refuse", "leave_out"],
 ) -> None:
-    _require_rank(runs, design, "")
+    _require_rank(runs, design)
     if incomplete == "leave_out" and solvable.any():
         return
     sensor = int(np.flatnonzero(~solvable)[0])
     seen = present[:, sensor]
-    name = runs.labels.sensor(sensor)
-    lacking = listed(runs.labels.run(int(run)) for run in np.flatnonzero(~seen))
-    _require_rank(
-        RunSet(runs.masses[seen], runs.vibration[seen], runs.scatter[seen], Labels(planes=runs.labels.planes)),
-        design[seen],
-        f"{name} gave nothing in {lacking}, and without it ",
-    )
+    rest = RunSet(runs.masses[seen], runs.vibration[seen], runs.scatter[seen], Labels(planes=runs.labels.planes))
+    try:
+        _require_rank(rest, design[seen])
+    except NumericsError as error:
+        lacking = [runs.labels.run(int(run)) for run in np.flatnonzero(~seen)]
+        told = Message("without_runs", sensor=runs.labels.sensor(sensor), runs=lacking, effect=error.data)
+        raise NumericsError(told, code=error.code, field=error.field, value=error.value) from None
 
 
-def _require_rank(runs: RunSet, design: ComplexArray, preface: str) -> None:
+def _require_rank(runs: RunSet, design: ComplexArray) -> None:
     """Raise unless the design determines v0 and every column of A."""
     needed = design.shape[1]
     _, singular, right = np.linalg.svd(design)
@@ -317,17 +314,16 @@ def _require_rank(runs: RunSet, design: ComplexArray, preface: str) -> None:
     # A direction of (v0, u) that no run can see: the planes that take part in it are the dependent ones.
     unseen = np.abs(right[rank:]).max(axis=0)
     planes = [int(plane) for plane in np.flatnonzero(unseen[1:] > 1e-6)]
-    names = listed(runs.labels.plane(plane) for plane in planes)
+    names = tuple(map(runs.labels.plane, planes))
     if rank == 1 and len(design) > 1:
-        what = f"all {len(design)} runs have the same masses"
+        told = Message("planes_not_separated.same_masses", runs=len(design), plane=names[0])
     elif len(planes) > 1:
-        what = f"{len(design)} runs for {needed} unknowns never tell {names} apart"
+        told = Message("planes_not_separated", runs=len(design), unknowns=needed, planes=names, plane=names[0])
     else:
-        what = f"no run without its mass tells what {names} does"
+        told = Message("planes_not_separated.always_there", plane=names[0])
     raise NumericsError(
-        preface + what,
+        told,
         code="too_few_runs" if len(design) < needed else "planes_not_separated",
         field="runs",
         value=planes,
-        advice=f"Add a run with a different mass in {runs.labels.plane(planes[0])} and nothing else changed.",
     )

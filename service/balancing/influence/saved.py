@@ -11,6 +11,7 @@ from service.balancing.influence.fit import KNOWN_SCATTER, InfluenceFit, conditi
 from service.balancing.rotor.labels import Labels
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
+from service.messages import Message
 
 LARGEST_CHANGE = 0.5
 LARGEST_TURN = np.radians(45.0)
@@ -62,8 +63,14 @@ def one_run(
     sensors, planes = saved.influence.shape
     if masses.shape != (planes,) or vibration.shape != (sensors,) or scatter.shape != (sensors,):
         raise NumericsError(
-            f"one run needs masses ({planes},), vibration and scatter ({sensors},); "
-            f"got {masses.shape}, {vibration.shape} and {scatter.shape}",
+            Message(
+                "numerics.one_run_shape",
+                planes=planes,
+                sensors=sensors,
+                masses=masses.shape,
+                vibration=vibration.shape,
+                scatter=scatter.shape,
+            ),
             field="runs",
         )
     both = np.zeros((sensors, planes + 1, planes + 1), dtype=np.complex128)
@@ -99,7 +106,7 @@ def learn(saved: SavedInfluence, fit: InfluenceFit) -> Learned:
     """
     old, new = saved.influence, fit.influence
     if new.shape != old.shape:
-        raise NumericsError(f"coefficients are {old.shape} saved and {new.shape} new", field="influence")
+        raise NumericsError(Message("numerics.coefficients_shape", saved=old.shape, new=new.shape), field="influence")
     ratio = np.divide(new, old, out=np.full(old.shape, complex(np.inf)), where=np.abs(old) > 0.0)
     change, turn = np.abs(ratio) - 1.0, np.angle(ratio)
     refused = (np.abs(change) > LARGEST_CHANGE) | (np.abs(turn) > LARGEST_TURN)
@@ -120,10 +127,7 @@ def typical(influences: ComplexArray) -> SavedInfluence:
     """
     count = len(influences)
     if influences.ndim != 3 or count < 2:
-        raise NumericsError(
-            f"statistics of a type need the coefficients (N, S, P) of two machines or more; got {influences.shape}",
-            field="influences",
-        )
+        raise NumericsError(Message("numerics.coefficients_of_type_shape", shape=influences.shape), field="influences")
     mean = influences.mean(axis=0)
     away = influences - mean
     spread = np.einsum("nsp,nsq->spq", away, away.conj()) / (2.0 * (count - 1)) * (1.0 + 1.0 / count)

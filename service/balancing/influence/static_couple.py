@@ -14,6 +14,7 @@ from service.balancing.influence.fit import RunSet
 from service.balancing.rotor.labels import Labels
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
+from service.messages import Message
 
 
 @dataclass(frozen=True)
@@ -38,10 +39,7 @@ def static_couple_modes(radius_mm: FloatArray, axial_mm: FloatArray) -> FloatArr
     z, radius = np.asarray(axial_mm, dtype=np.float64), np.asarray(radius_mm, dtype=np.float64)
     if z.shape != (2,) or radius.shape != (2,) or not (radius > 0.0).all() or not z[0] * z[1] < 0.0:
         raise NumericsError(
-            f"static and couple need two planes with the mass centre between them; got {z.tolist()} mm from it",
-            field="axial_mm",
-            value=z.tolist(),
-            advice="Correct the two planes by least squares instead.",
+            Message("numerics.planes_on_one_side", places=z.tolist()), field="axial_mm", value=z.tolist()
         )
     static = np.array([1.0, -radius[0] * z[0] / (radius[1] * z[1])])
     couple = np.array([1.0, -radius[0] / radius[1]])
@@ -73,10 +71,9 @@ def in_modes(runs: RunSet, modes: FloatArray, names: tuple[str, ...] = ()) -> Ru
     wrong = np.flatnonzero(missed > 1e-6 * np.abs(runs.masses).max(initial=1e-300))
     if len(wrong):
         raise NumericsError(
-            f"the masses of {runs.labels.run(int(wrong[0]))} are not made of the {modes.shape[1]} modes asked for",
+            Message("numerics.masses_not_of_modes", run=runs.labels.run(int(wrong[0])), count=modes.shape[1]),
             field="masses",
             value=int(wrong[0]),
-            advice="Fit the pair as stated, in both planes at once, or correct plane by plane.",
         )
     labels = Labels(runs.labels.runs, names, runs.labels.sensors)
     return RunSet(np.ascontiguousarray(amounts.T), runs.vibration, runs.scatter, labels)
@@ -90,13 +87,9 @@ def decoupled(influence: ComplexArray, initial: ComplexArray, modes: FloatArray)
     for rotors and supports alike at both ends, otherwise worse than least squares.
     """
     if influence.shape != (2, 2) or initial.shape != (2,):
-        raise NumericsError("the static-couple method needs two planes and one sensor at each end", field="influence")
+        raise NumericsError(Message("numerics.static_couple_size"), field="influence")
     parts = np.array([[0.5, 0.5], [0.5, -0.5]])
     own = (parts @ influence @ modes).diagonal()
     if not (np.abs(own) > 0.0).all():
-        raise NumericsError(
-            "the static or the couple pair moves nothing of its own part of the vibration",
-            field="influence",
-            advice="Correct the two planes by least squares instead.",
-        )
+        raise NumericsError(Message("numerics.mode_without_effect"), field="influence")
     return np.asarray(modes @ (-(parts @ initial) / own))

@@ -11,6 +11,7 @@ from service.balancing.influence.diagnosis.findings import Finding
 from service.balancing.rotor.phasors import ComplexArray
 from service.balancing.rotor.units import angular_speed
 from service.errors import NumericsError
+from service.messages import Message, Quantity
 
 GRAVITY = 9.80665
 SHARE_OF_LOAD = 0.1
@@ -58,7 +59,9 @@ def suggest(
     """
     for name, value in (("carried_kg", carried_kg), ("radius_mm", radius_mm)):
         if not (np.isfinite(value) and value > 0.0):
-            raise NumericsError(f"{name} must be a finite number above 0; got {value}", field=name, value=str(value))
+            raise NumericsError(
+                Message("numerics.trial_mass_not_positive", name=name, value=value), field=name, value=str(value)
+            )
     omega = angular_speed(speed_rpm)
     candidates: dict[Rule, float] = {
         "static_load": SHARE_OF_LOAD * carried_kg * GRAVITY / (radius_mm * 1e-3 * omega**2) * 1e3
@@ -83,10 +86,15 @@ def examine_force(mass_g: float, radius_mm: float, speed_rpm: float, carried_kg:
     if force <= SHARE_OF_LOAD * load * (1.0 + 1e-9):
         return None
     return Finding(
-        "trial_mass_large",
+        Message(
+            "trial_mass_large",
+            mass=Quantity(abs(mass_g), "g"),
+            radius=Quantity(radius_mm, "mm"),
+            force=Quantity(force, "N"),
+            speed=Quantity(speed_rpm, "r/min"),
+            share=force / load,
+            load=Quantity(load, "N"),
+        ),
         "warning",
-        f"{abs(mass_g):g} g at {radius_mm:g} mm pull with {force:.0f} N at {speed_rpm:g} r/min, {force / load:.0%} of "
-        f"the static load of {load:.0f} N; a tenth is usual",
-        "Make sure that mass and bearings stand it, or start with a smaller one.",
         planes=(plane,),
     )

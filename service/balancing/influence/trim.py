@@ -6,12 +6,13 @@ import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray, IntArray
 from service.errors import NumericsError
+from service.messages import Message
 
 
 def trim(total: ComplexArray, on_rotor: ComplexArray) -> ComplexArray:
     """Masses (P,) complex g to add to what is `on_rotor` (P,) so that it becomes `total` (P,), negative for removal."""
     if total.shape != on_rotor.shape:
-        raise NumericsError(f"total is {total.shape} and on_rotor {on_rotor.shape}: one mass vector per plane each")
+        raise NumericsError(Message("numerics.trim_shape", total=total.shape, on_rotor=on_rotor.shape))
     return total - on_rotor
 
 
@@ -21,7 +22,7 @@ def combined(pieces: ComplexArray, planes: IntArray, count: int) -> ComplexArray
     planes: (N,) index of each piece; count: P.
     """
     if pieces.shape != planes.shape or (len(planes) and not (planes.min() >= 0 and planes.max() < count)):
-        raise NumericsError(f"every piece needs a plane from 0 to {count - 1}; got {planes.tolist()}", field="planes")
+        raise NumericsError(Message("numerics.piece_plane", last=count - 1, planes=planes.tolist()), field="planes")
     sums = np.zeros(count, dtype=np.complex128)
     np.add.at(sums, planes, pieces)
     return sums

@@ -11,6 +11,7 @@ from service.balancing.influence.fit import KNOWN_SCATTER, InfluenceFit, Predict
 from service.balancing.rotor.intervals import amplitude_interval
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
 from service.errors import NumericsError
+from service.messages import Message
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ def placement_covariance(
     along = np.where(size > 0.0, pieces / np.where(size > 0.0, size, 1.0), 1.0)
     radial, across = np.broadcast_to(mass_sd, size.shape) ** 2, (size * angle_sd) ** 2
     if (np.asarray(mass_sd) < 0.0).any() or (np.asarray(angle_sd) < 0.0).any():
-        raise NumericsError("tolerances of mass and angle must not be negative", field="mass_sd")
+        raise NumericsError(Message("numerics.tolerance_negative"), field="mass_sd")
     result = np.zeros((2 * count, 2 * count))
     c, s = along.real, along.imag
     np.add.at(result, (2 * planes, 2 * planes), radial * c**2 + across * s**2)

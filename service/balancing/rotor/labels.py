@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
+
+from service.messages import Part
+from service.messages.message import PartKind
 
 
 @dataclass(frozen=True)
 class Labels:
-    """Names of the runs (K), planes (P) and sensors (S); what has no name is numbered from 1."""
+    """Names of the runs (K), planes (P) and sensors (S), or whole parts; what has no name is numbered from 1."""
 
-    runs: tuple[str, ...] = ()
-    planes: tuple[str, ...] = ()
-    sensors: tuple[str, ...] = ()
+    runs: tuple[str | Part, ...] = ()
+    planes: tuple[str | Part, ...] = ()
+    sensors: tuple[str | Part, ...] = ()
 
-    def run(self, index: int) -> str:
+    def run(self, index: int) -> Part:
         """`run "trial left"`, or `run 2`."""
-        return _label("run", self.runs, index)
+        return _part("run", self.runs, index)
 
-    def plane(self, index: int) -> str:
+    def plane(self, index: int) -> Part:
         """`plane "left"`, or `plane 1`."""
-        return _label("plane", self.planes, index)
+        return _part("plane", self.planes, index)
 
-    def sensor(self, index: int) -> str:
+    def sensor(self, index: int) -> Part:
         """`sensor "A"`, or `sensor 1`."""
-        return _label("sensor", self.sensors, index)
+        return _part("sensor", self.sensors, index)
 
 
-def _label(kind: str, names: tuple[str, ...], index: int) -> str:
-    return f'{kind} "{names[index]}"' if index < len(names) else f"{kind} {index + 1}"
-
-
-def listed(words: Iterable[str]) -> str:
-    """Join words as a sentence does: `a`, `a and b`, `a, b and c`."""
-    items = list(words)
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}" if items else ""
+def _part(kind: PartKind, names: tuple[str | Part, ...], index: int) -> Part:
+    name = names[index] if index < len(names) else None
+    return name if isinstance(name, Part) else Part(kind, int(index) + 1, name)

@@ -16,6 +16,7 @@ import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
+from service.messages import Message, Quantity
 
 KG_M_PER_G_MM = 1e-6
 
@@ -43,7 +44,7 @@ def bearing_reactions(
     matrix = reaction_matrix(axial_mm, bearings_mm, speed_rad_s)
     if vectors.shape != (matrix.shape[1],):
         raise NumericsError(
-            f"unbalance has shape {vectors.shape}, but there are {matrix.shape[1]} axial positions: give one each",
+            Message("numerics.unbalance_shape", shape=vectors.shape, count=matrix.shape[1]),
             field="unbalance",
             value=vectors.shape,
         )
@@ -68,26 +69,20 @@ def inherent_reactions(
 
 def _require(axial: FloatArray, bearings: FloatArray, speed_rad_s: float) -> None:
     if axial.ndim != 1:
-        raise NumericsError(
-            f"axial_mm has shape {axial.shape}: give one position per unbalance", field="axial_mm", value=axial.shape
-        )
+        raise NumericsError(Message("numerics.axial_shape", shape=axial.shape), field="axial_mm", value=axial.shape)
     if bearings.shape != (2,):
         raise NumericsError(
-            f"bearings_mm has shape {bearings.shape}: a rigid rotor's reactions need exactly two bearings",
-            field="bearings_mm",
-            value=bearings.shape,
+            Message("numerics.bearings_shape", shape=bearings.shape), field="bearings_mm", value=bearings.shape
         )
     if not (np.isfinite(axial).all() and np.isfinite(bearings).all()):
-        raise NumericsError("an axial position is not a finite number: state every position in mm", field="axial_mm")
+        raise NumericsError(Message("numerics.axial_not_finite"), field="axial_mm")
     if bearings[0] == bearings[1]:
         raise NumericsError(
-            f"both bearings stand at {bearings[0]:g} mm: state two different axial positions",
+            Message("numerics.bearings_together", at=Quantity(bearings[0], "mm")),
             field="bearings_mm",
             value=float(bearings[0]),
         )
     if not (np.isfinite(speed_rad_s) and speed_rad_s > 0.0):
         raise NumericsError(
-            f"speed_rad_s is {speed_rad_s}: reactions need a turning rotor, state a speed above 0",
-            field="speed_rad_s",
-            value=speed_rad_s,
+            Message("numerics.speed_not_positive", speed=speed_rad_s), field="speed_rad_s", value=speed_rad_s
         )

@@ -14,6 +14,7 @@ from service.balancing.rotor.intervals import amplitude_interval
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.balancing.rotor.units import angular_speed
 from service.errors import NumericsError
+from service.messages import Message, Quantity
 
 LEAST_SHARE, GREATEST_SHARE = 0.3, 0.7
 """Bounds of a bearing plane's share of the permissible unbalance; for a mass centre between the bearings."""
@@ -66,15 +67,15 @@ def permissible(grade_mm_s: float, rotor_kg: float, speed_rpm: float, bearings_m
     """
     for name, value in (("grade_mm_s", grade_mm_s), ("rotor_kg", rotor_kg)):
         if not (np.isfinite(value) and value > 0.0):
-            raise NumericsError(f"{name} must be a finite number above 0; got {value}", field=name, value=str(value))
+            raise NumericsError(
+                Message("numerics.tolerance_not_positive", name=name, value=value), field=name, value=str(value)
+            )
     a, b = (float(place) for place in bearings_mm)
     if not a * b < 0.0:
         raise NumericsError(
-            f"the bearings stand {a:g} and {b:g} mm from the mass centre, on one side of it: the permissible unbalance "
-            "of an overhung rotor is allocated by rules of its own in ISO 21940-11, which are not built in",
+            Message("numerics.bearings_on_one_side", first=Quantity(a, "mm"), second=Quantity(b, "mm")),
             field="bearings",
             value=[a, b],
-            advice="Leave out the grade and set a vibration limit, or take the limits from the maker's drawing.",
         )
     specific = 1000.0 * grade_mm_s / angular_speed(speed_rpm)
     total = rotor_kg * specific
@@ -125,14 +126,10 @@ def reached(
 def vibration_zone(velocity_mm_s_rms: float, group: Group, support: Support) -> Zone:
     """Find the zone of ISO 20816-3 for a broadband velocity, and a group that the user picked; see `ZONE_SCOPE`."""
     if (group, support) not in _ZONES:
-        raise NumericsError(
-            f"there are no zones for group {group!r} on {support!r} support",
-            field="group",
-            advice="Pick group 1 (above 300 kW) or 2 (15 to 300 kW), on rigid or flexible support.",
-        )
+        raise NumericsError(Message("numerics.zone_unknown", group=group, support=support), field="group")
     if not velocity_mm_s_rms >= 0.0:
         raise NumericsError(
-            f"velocity must be a number >= 0 mm/s rms; got {velocity_mm_s_rms}", field="velocity_mm_s_rms"
+            Message("numerics.velocity_negative", velocity=velocity_mm_s_rms), field="velocity_mm_s_rms"
         )
     zones: tuple[Zone, ...] = ("A", "B", "C", "D")
     return zones[sum(velocity_mm_s_rms > limit for limit in _ZONES[group, support])]
@@ -142,6 +139,6 @@ def _lever(planes_mm: FloatArray, bearings_mm: FloatArray) -> FloatArray:
     """Shares (2, P) of unbalance in each plane that the bearings A and B take."""
     a, b = (float(place) for place in bearings_mm)
     if a == b:
-        raise NumericsError(f"both bearings stand at {a:g} mm", field="bearings", advice="State where each one is.")
+        raise NumericsError(Message("numerics.bearings_at_one_place", at=Quantity(a, "mm")), field="bearings")
     to_b = (np.asarray(planes_mm) - a) / (b - a)
     return np.stack([1.0 - to_b, to_b])

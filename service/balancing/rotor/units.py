@@ -14,6 +14,7 @@ import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
+from service.messages import Message
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 Detection = Literal["rms", "peak", "peak_to_peak"]
@@ -59,12 +60,7 @@ def is_unit_of(quantity: Quantity, unit: str) -> bool:
 def angular_speed(speed_rpm: float) -> float:
     """Radians per second of a speed in r/min; raises NumericsError unless it is finite and positive."""
     if not (math.isfinite(speed_rpm) and speed_rpm > 0.0):
-        raise NumericsError(
-            f"speed must be a finite number of r/min above 0; got {speed_rpm}",
-            field="speed_rpm",
-            value=str(speed_rpm),
-            advice="State the speed of the run.",
-        )
+        raise NumericsError(Message("numerics.speed_of_run", speed=speed_rpm), field="speed_rpm", value=str(speed_rpm))
     return speed_rpm * math.pi / 30.0
 
 
@@ -79,9 +75,7 @@ def factor(source: Scale, target: Scale, speed_rpm: float | None = None) -> comp
         return complex(real)
     if speed_rpm is None:
         raise NumericsError(
-            f"{source.quantity} becomes {target.quantity} only at a known speed",
-            field="speed_rpm",
-            advice="State the speed of the reading, or a limit in the sensor's own quantity.",
+            Message("numerics.speed_missing", quantity=source.quantity, wanted=target.quantity), field="speed_rpm"
         )
     # Powers of -j are written out: the quarter turns stay exact.
     turn = (1.0 + 0j, -1j, -1.0 + 0j, 1j)[steps % 4]
@@ -102,5 +96,5 @@ def _unknown(
     what: str, value: str, known: dict[str, object] | dict[str, float] | dict[str, dict[str, float]]
 ) -> NumericsError:
     return NumericsError(
-        f"{what} {value!r} is not known", field=what.split()[0], value=value, advice=f"Use one of: {', '.join(known)}."
+        Message("numerics.unit_unknown", what=what, value=value, known=known), field=what.split()[0], value=value
     )

@@ -24,6 +24,7 @@ from service.balancing.selection.placements import result_of, slots, vectors_of
 from service.balancing.selection.problem import SelectionProblem, SelectionResult
 from service.balancing.selection.validation import validate
 from service.errors import NumericsError
+from service.messages import Message
 
 SAME = 1e-9
 """Relative difference below which a value meets a limit, or two values are one."""
@@ -44,7 +45,7 @@ def best_selections(problem: SelectionProblem, many: int, *, stop: Stop = never)
     `limit_reached` after `stop()`. Equal values are ordered by fewest pieces, least mass, commonest stock.
     """
     if many < 1:
-        raise NumericsError(f"{many} selections: ask for at least 1", field="many", value=many)
+        raise NumericsError(Message("numerics.many_below_one", many=many), field="many", value=many)
     state = last_state(search_exact(problem, keep=many), lambda _: stop(), patient=stop is not never)
     whole = exact_result(problem, state)
     return tuple(
@@ -88,7 +89,7 @@ def solve_fewest(problem: SelectionProblem, limit: float, *, stop: Stop = never)
     """
     validate(problem)
     if not limit >= 0.0:
-        raise NumericsError(f"a limit of {limit}: state a value of 0 or more", field="limit", value=limit)
+        raise NumericsError(Message("numerics.limit_negative", limit=limit), field="limit", value=limit)
     allowed = limit * (1.0 + SAME)
     evaluations = 0
     bounds = bounds_for(problem)
@@ -129,7 +130,7 @@ def prefer(problem: SelectionProblem, result: SelectionResult, slack: float, *, 
     `stop()` or memory ended the search for it: the message says what is left open.
     """
     if not slack >= 0.0:
-        raise NumericsError(f"a slack of {slack}: state a value of 0 or more", field="slack", value=slack)
+        raise NumericsError(Message("numerics.slack_negative", slack=slack), field="slack", value=slack)
     if slack == 0.0 or result.pieces is None:
         return result
     limit = result.value + slack

@@ -17,6 +17,7 @@ from service.balancing.selection.placements import effective_g, result_of, slots
 from service.balancing.selection.problem import Piece, SelectionProblem, SelectionResult
 from service.balancing.selection.validation import validate
 from service.errors import NumericsError
+from service.messages import Message
 
 MOST_COMBINATIONS = 500_000
 """Joint choices; a single plane of three hundred thousand takes about a second."""
@@ -33,12 +34,7 @@ def solve_exhaustive(
     validate(problem)
     combinations = count_combinations(problem)
     if combinations > most:
-        raise NumericsError(
-            f"{combinations} combinations are more than the {most} that may be tried one by one: "
-            "use the exact search, fewer masses a plane or a smaller catalogue",
-            code="too_many_combinations",
-            value=combinations,
-        )
+        raise NumericsError(Message("too_many_combinations", combinations=combinations, most=most), value=combinations)
     choices = [_choices(problem, p) for p in range(len(problem.planes))]
     value, best, tried = _joint(problem, choices, most_pieces)
     selection = [chosen.pieces(i) for chosen, i in zip(choices, best, strict=True)]

@@ -22,6 +22,7 @@ from service.balancing.selection.placements import Selection, effective_g, resul
 from service.balancing.selection.problem import Piece, SelectionProblem, SelectionResult
 from service.balancing.selection.validation import validate
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.jaya import Jaya, Rules, Stop
 from service.optimize.problem import Circular, Discrete, MixedProblem, Variable
 
@@ -102,8 +103,13 @@ def _search(
     population = members or budget(problem, as_published=as_published)[0]
     if runs * population * layout.plane.size > MOST_TOGETHER and runs > 1:
         raise NumericsError(
-            f"{runs} runs of {population} members with {layout.plane.size} slots are too much for one step: "
-            f"ask for at most {runs_together(problem, population)} runs at a time",
+            Message(
+                "numerics.jaya_runs",
+                runs=runs,
+                members=population,
+                slots=layout.plane.size,
+                most=runs_together(problem, population),
+            ),
             field="runs",
             value=runs,
         )

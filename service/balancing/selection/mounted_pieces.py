@@ -17,6 +17,7 @@ import numpy as np
 from service.balancing.selection.placements import Selection, effective_g
 from service.balancing.selection.problem import UNLIMITED, Piece, SelectionPlane, SelectionProblem, Stock
 from service.errors import NumericsError
+from service.messages import Message, Quantity
 
 May = Literal["stay", "move", "remove"]
 ALIKE_G = 1e-9
@@ -120,8 +121,12 @@ def position_at(plane: SelectionPlane, angle: float, tolerance: float) -> int:
     nearest = int(away.argmin())
     if not away[nearest] <= tolerance:
         raise NumericsError(
-            f"a fitted piece at {math.degrees(angle):g} degrees is {math.degrees(float(away[nearest])):.3g} degrees "
-            f"from the nearest position, more than {math.degrees(tolerance):g}: correct its angle or add that position",
+            Message(
+                "numerics.piece_between_positions",
+                angle=Quantity(math.degrees(angle), "deg"),
+                away=Quantity(math.degrees(float(away[nearest])), "deg"),
+                most=Quantity(math.degrees(tolerance), "deg"),
+            ),
             field="fitted.angle",
             value=math.degrees(angle),
         )
@@ -131,11 +136,15 @@ def position_at(plane: SelectionPlane, angle: float, tolerance: float) -> int:
 def _require(piece: FittedPiece, planes: int) -> None:
     if not 0 <= piece.plane < planes:
         raise NumericsError(
-            f"a fitted piece stands in plane {piece.plane}, there are {planes}", field="fitted.plane", value=piece.plane
+            Message("numerics.piece_plane_unknown", plane=piece.plane, planes=planes),
+            field="fitted.plane",
+            value=piece.plane,
         )
     if not (math.isfinite(piece.mass_g) and piece.mass_g > 0.0):
         raise NumericsError(
-            f"a fitted piece of {piece.mass_g} g: state its mass, above 0", field="fitted.mass_g", value=piece.mass_g
+            Message("numerics.piece_mass_not_positive", mass=Quantity(piece.mass_g, "g")),
+            field="fitted.mass_g",
+            value=piece.mass_g,
         )
 
 

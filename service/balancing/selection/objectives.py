@@ -11,6 +11,7 @@ from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.balancing.rotor.reactions import reaction_matrix
 from service.balancing.selection.problem import Norm, Objective
 from service.errors import NumericsError
+from service.messages import Message
 
 Number = TypeVar("Number", np.float64, np.complex128)
 
@@ -50,7 +51,7 @@ def residual_vibration(
     scale = np.asarray(limits, dtype=np.float64)
     if matrix.ndim != 2 or matrix.shape[0] != len(offset):
         raise NumericsError(
-            f"influence has shape {matrix.shape} for {len(offset)} sensors: one row per sensor, one column per plane",
+            Message("numerics.influence_shape", shape=matrix.shape, sensors=len(offset)),
             field="influence",
             value=matrix.shape,
         )
@@ -86,11 +87,7 @@ def relative_reactions(matrix: ComplexArray, initial: ComplexArray) -> Objective
     size = np.abs(initial)
     largest = float(size.max())
     if not largest > 0.0:
-        raise NumericsError(
-            "the rotor has no reaction to reduce: the continuous correction is zero, so no selection can be rated",
-            field="target_g",
-            advice="Nothing needs to be fitted, or the correction is missing.",
-        )
+        raise NumericsError(Message("numerics.no_reaction"), field="target_g")
     reference = np.where(size < NEGLIGIBLE_REACTION * largest, largest, size)
     return Objective(matrix=matrix, offset=initial, weights=0.5 / reference, norm="sum")
 
@@ -138,7 +135,7 @@ def evaluate(objective: Objective, u: ComplexArray) -> FloatArray:
 def _same_length(name: str, array: FloatArray, other: str, reference: ComplexArray) -> None:
     if array.shape != reference.shape or array.ndim != 1:
         raise NumericsError(
-            f"{name} has shape {array.shape} and {other} {reference.shape}: give one value per entry of each",
+            Message("numerics.entries_shape", name=name, shape=array.shape, other=other, wanted=reference.shape),
             field=name,
             value=array.shape,
         )
@@ -148,7 +145,5 @@ def _positive(name: str, array: FloatArray) -> None:
     bad = ~(np.isfinite(array) & (array > 0.0))
     if bad.any():
         raise NumericsError(
-            f"{name} holds {array[bad][0]}: every value must be a finite number above 0",
-            field=name,
-            value=array[bad][0],
+            Message("numerics.entry_not_positive", name=name, value=array[bad][0]), field=name, value=array[bad][0]
         )

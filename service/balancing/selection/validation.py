@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from service.balancing.rotor.phasors import FloatArray
 from service.balancing.selection.problem import BoolArray, Norm, Objective, SelectionPlane, SelectionProblem, Stock
 from service.errors import NumericsError
+from service.messages import Message, Quantity
 
 COINCIDENT_RAD = 1e-6
 """Two positions nearer than this are one hole stated twice."""
@@ -19,7 +20,7 @@ COINCIDENT_RAD = 1e-6
 def validate(problem: SelectionProblem) -> None:
     """Check shapes, finiteness and the rules of the field; raise NumericsError naming value, rule and what to do."""
     if not problem.planes:
-        raise NumericsError("there is no correction plane: state at least one", field="planes")
+        raise NumericsError(Message("numerics.no_plane"), field="planes")
     _objective(problem.objective, len(problem.planes))
     for number, plane in enumerate(problem.planes, start=1):
         _plane(plane, f"plane {number}")
@@ -32,7 +33,7 @@ def _objective(objective: Objective, planes: int) -> None:
     matrix, offset, weights = objective.matrix, objective.offset, objective.weights
     if matrix.ndim != 2 or matrix.shape[0] == 0 or matrix.shape[1] != planes:
         raise NumericsError(
-            f"the objective's matrix has shape {matrix.shape}: it needs one row per residual and {planes} columns",
+            Message("numerics.matrix_shape", shape=matrix.shape, planes=planes),
             field="objective.matrix",
             value=matrix.shape,
         )
@@ -40,20 +41,16 @@ def _objective(objective: Objective, planes: int) -> None:
     _shape(weights, (matrix.shape[0],), "objective.weights")
     for name, array in (("matrix", matrix), ("offset", offset), ("weights", weights)):
         if not np.isfinite(array).all():
-            raise NumericsError(
-                f"the objective's {name} holds a value that is not a finite number: "
-                "check the runs that the influence coefficients come from",
-                field=f"objective.{name}",
-            )
+            raise NumericsError(Message("numerics.objective_not_finite", name=name), field=f"objective.{name}")
     if not (weights > 0.0).all():
         raise NumericsError(
-            f"a weight is {weights.min():g}: weights must be above 0, leave out a sensor that shall not count",
+            Message("numerics.weight_not_positive", weight=weights.min()),
             field="objective.weights",
             value=float(weights.min()),
         )
     if objective.norm not in get_args(Norm):
         raise NumericsError(
-            f"norm {objective.norm!r} is unknown: use one of {', '.join(get_args(Norm))}",
+            Message("numerics.norm_unknown", norm=objective.norm, known=get_args(Norm)),
             field="objective.norm",
             value=objective.norm,
         )
@@ -62,9 +59,9 @@ def _objective(objective: Objective, planes: int) -> None:
 def _plane(plane: SelectionPlane, name: str) -> None:
     angles = plane.angles
     if angles.ndim != 1 or angles.size == 0:
-        raise NumericsError(f"{name} has no position: state the angle of at least one hole", field=f"{name}.angles")
+        raise NumericsError(Message("numerics.no_position", name=name), field=f"{name}.angles")
     if not np.isfinite(angles).all():
-        raise NumericsError(f"{name} has a position that is not a finite angle: correct it", field=f"{name}.angles")
+        raise NumericsError(Message("numerics.position_not_finite", name=name), field=f"{name}.angles")
     _apart(angles, name)
     _shape(plane.capacity, angles.shape, f"{name}.capacity")
     _shape(plane.capacity_g, angles.shape, f"{name}.capacity_g")
@@ -74,7 +71,7 @@ def _plane(plane: SelectionPlane, name: str) -> None:
     _not_negative(np.array([plane.max_mass_g]), f"{name}.max_mass_g", "0 leaves the plane empty")
     if not (math.isfinite(plane.fixed.real) and math.isfinite(plane.fixed.imag)):
         raise NumericsError(
-            f"{name} carries a fixed vector of {plane.fixed} g: it must be a finite number",
+            Message("numerics.fixed_not_finite", name=name, fixed=plane.fixed),
             field=f"{name}.fixed",
             value=str(plane.fixed),
         )
@@ -86,7 +83,7 @@ def _apart(angles: FloatArray, name: str) -> None:
     if turned.size > 1 and gaps.min() < COINCIDENT_RAD:
         angle = math.degrees(float(turned[int(gaps.argmin())]))
         raise NumericsError(
-            f"{name} states the position at {angle:g} degrees twice: name each hole once, raise its capacity instead",
+            Message("numerics.position_twice", name=name, angle=Quantity(angle, "deg")),
             field=f"{name}.angles",
             value=angle,
         )
@@ -104,19 +101,19 @@ def _goes_anywhere(problem: SelectionProblem) -> BoolArray:
 def _stock(stock: Stock, free: BoolArray) -> None:
     masses, fasteners, counts = stock.masses_g, stock.fasteners_g, stock.counts
     if masses.ndim != 1 or masses.size == 0:
-        raise NumericsError("the catalogue is empty: state at least one stock mass", field="stock.masses_g")
+        raise NumericsError(Message("numerics.stock_empty"), field="stock.masses_g")
     _shape(fasteners, masses.shape, "stock.fasteners_g")
     _shape(counts, masses.shape, "stock.counts")
     bad = ~(np.isfinite(masses) & (masses > 0.0))
     if bad.any():
         raise NumericsError(
-            f"a stock mass of {masses[bad][0]:g} g: every mass must be a finite number above 0",
+            Message("numerics.stock_mass_not_positive", mass=Quantity(masses[bad][0], "g")),
             field="stock.masses_g",
             value=float(masses[bad][0]),
         )
     _not_negative(fasteners, "stock.fasteners_g", "0 where the fastener is not weighed")
     if not np.isfinite(fasteners).all():
-        raise NumericsError("a fastener's mass is not finite: state it in g", field="stock.fasteners_g")
+        raise NumericsError(Message("numerics.fastener_not_finite"), field="stock.fasteners_g")
     _not_negative(counts, "stock.counts", "0 where the box is used up")
     order = np.lexsort((fasteners[free], masses[free]))
     pairs = np.stack([masses[free], fasteners[free]])[:, order]
@@ -124,15 +121,17 @@ def _stock(stock: Stock, free: BoolArray) -> None:
     if again.any():
         mass = float(pairs[0, 1:][again][0])
         raise NumericsError(
-            f"{mass:g} g stands in the catalogue twice: state it once and add up the counts",
-            field="stock.masses_g",
-            value=mass,
+            Message("numerics.stock_mass_twice", mass=Quantity(mass, "g")), field="stock.masses_g", value=mass
         )
 
 
 def _shape(array: NDArray[np.generic], shape: tuple[int, ...], name: str) -> None:
     if array.shape != shape:
-        raise NumericsError(f"{name} has shape {array.shape}, it needs {shape}", field=name, value=array.shape)
+        raise NumericsError(
+            Message("numerics.selection_array_shape", name=name, shape=array.shape, wanted=shape),
+            field=name,
+            value=array.shape,
+        )
 
 
 def _not_negative(array: NDArray[np.generic], name: str, hint: str) -> None:
@@ -140,5 +139,7 @@ def _not_negative(array: NDArray[np.generic], name: str, hint: str) -> None:
     bad = ~(values >= 0.0)
     if bad.any():
         raise NumericsError(
-            f"{name} holds {values[bad][0]:g}: it must be 0 or more ({hint})", field=name, value=float(values[bad][0])
+            Message("numerics.entry_negative", name=name, value=values[bad][0], hint=hint),
+            field=name,
+            value=float(values[bad][0]),
         )

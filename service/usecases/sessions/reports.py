@@ -16,10 +16,12 @@ from service.engine.correction_solver import examined
 from service.engine.influence_fits import fit_runs
 from service.engine.rotor_state import Drum, on_rotor
 from service.errors import InvalidInput
+from service.messages import Message, render
 from service.model.correction import Tolerance
 from service.model.diagnostic import Diagnostic
 from service.model.influence import Coefficient
 from service.model.machine import Machine
+from service.model.message import message_data
 from service.model.plan import Placement
 from service.model.report import BeforeAfter, PlaneLoad, Report
 from service.model.run import MassOnRotor
@@ -54,7 +56,8 @@ def report(work: Work, session_id: str) -> Report:
         plan_gap=None if plan is None else plan.gap,
         plan_unit=None if plan is None else plan.objective_unit,
         tolerance=known.tolerance,
-        tolerance_missing=known.ungraded,
+        tolerance_missing=None if known.ungraded is None else render(known.ungraded),
+        tolerance_missing_data=message_data(known.ungraded),
         bearing_forces_n=None if plan is None else plan.bearing_forces_n,
         influence=known.influence,
         diagnostics=known.diagnostics,
@@ -72,7 +75,7 @@ class _OfAllRuns:
     """What a fit of all runs says. ungraded: why there is no tolerance although the machine states a grade."""
 
     tolerance: Tolerance | None = None
-    ungraded: str | None = None
+    ungraded: Message | None = None
     influence: tuple[tuple[Coefficient, ...], ...] = ()
     diagnostics: tuple[Diagnostic, ...] = ()
 
@@ -86,7 +89,7 @@ def _of_all_runs(drum: Drum) -> _OfAllRuns:
     except InvalidInput as error:
         # Too few runs, or runs without phase: the report says nothing of coefficients.
         graded = machine.balance_grade_mm_s is not None
-        return _OfAllRuns(ungraded=missing or (error.message if graded else None))
+        return _OfAllRuns(ungraded=missing or (error.data if graded else None))
     still = answer.masses - mapping.mass_vectors(machine, on_rotor(drum))
     return _OfAllRuns(
         tolerance=balance_quality.tolerance_of(machine, still, answer.covariance, int(fitted.fit.scatter_dof.min())),

@@ -65,7 +65,14 @@ def quality(report: Report, reader: Reader) -> tuple[Part, ...]:
     """Balance quality by ISO 21940-11, with its interval; or why it is not stated."""
     _, show, tolerance = reader.gettext, reader.show, report.tolerance
     if tolerance is None and report.tolerance_missing is not None:
-        return (Lines((_("Not stated: %(reason)s.") % {"reason": reader.words(report.tolerance_missing)},)),)
+        return (
+            Lines(
+                (
+                    _("Not stated: %(reason)s.")
+                    % {"reason": reader.words(report.tolerance_missing_data or report.tolerance_missing)},
+                )
+            ),
+        )
     if tolerance is None:
         return (Lines((_("Not stated: it needs grade, mass of the rotor, two bearings, and runs with phase."),)),)
     reached = grade(tolerance.grade_reached_mm_s, reader) or DASH

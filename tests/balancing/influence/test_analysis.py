@@ -75,7 +75,7 @@ def test_same_masses_ten_sigma_apart_are_named() -> None:
     labels = Labels(runs=("as found", "left", "right", "left again"), sensors=("P", "Q"))
     (finding,) = analyse(RunSet(runs.masses, runs.vibration, runs.scatter, labels)).findings
     assert (finding.code, finding.severity, finding.runs, finding.sensors) == ("runs_contradict", "error", (1, 3), (1,))
-    assert 'run "left" and run "left again" have the same masses, yet sensor "Q"' in finding.message
+    assert 'run "left" and run "left again" have the same masses, yet their readings of sensor "Q"' in finding.message
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,9 @@ def test_statistics_of_a_type_predict_the_next_machine() -> None:
 
 def test_shapes_are_checked() -> None:
     saved = SavedInfluence(A, np.full((3, 2, 2), np.nan + 0j))
-    with pytest.raises(NumericsError, match="one run needs"):
+    with pytest.raises(
+        NumericsError, match=r"one run must have masses \(2,\), vibration and scatter \(3,\), got \(3,\), "
+    ):
         one_run(saved, np.zeros(3, complex), np.zeros(3, complex), np.zeros(3))
     with pytest.raises(NumericsError, match="saved"):
         learn(saved, fit_influence(measured(A[:2], np.ones(2, complex), TRIALS)))
@@ -110,7 +112,7 @@ def test_trim_and_pieces_of_several_trims() -> None:
     assert saved_mass(pieces, planes, 3) == pytest.approx(1.0 - (abs(70.0 + 100.0j) + 50.0) / 280.0)
     assert saved_mass(pieces[:0], planes[:0], 3) == 0.0
     np.testing.assert_allclose(trim(np.array([5j, 1]), np.array([2.0, 1])), [5j - 2.0, 0.0])
-    with pytest.raises(NumericsError, match="needs a plane"):
+    with pytest.raises(NumericsError, match="every piece must have a plane from 0 to 2, got 3, 3, 3 and 4"):
         combined(pieces, planes + 3, 3)
     with pytest.raises(NumericsError, match="one mass vector per plane"):
         trim(np.zeros(2, complex), np.zeros(3, complex))

@@ -59,7 +59,7 @@ def test_the_classic_method_is_exact_where_both_ends_are_alike() -> None:
 def test_masses_that_are_no_pair_are_refused() -> None:
     modes = static_couple_modes(np.array([330.0, 330.0]), np.array([-330.0, 330.0]))
     runs = measured(np.eye(2, dtype=complex), np.ones(2, complex), np.array([[0, 0], [50.0, 20.0]], dtype=complex))
-    with pytest.raises(NumericsError, match="run 2 are not made of the 1 modes"):
+    with pytest.raises(NumericsError, match="the masses of run 2 must be made of the 1 modes asked for"):
         in_modes(runs, modes[:, :1])
 
 

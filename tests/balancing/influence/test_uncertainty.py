@@ -102,7 +102,7 @@ def test_unknown_covariance_stays_unknown() -> None:
 
 
 def test_negative_tolerances_are_refused() -> None:
-    with pytest.raises(NumericsError, match="not be negative"):
+    with pytest.raises(NumericsError, match="tolerances of mass and angle must be 0 or more"):
         placement_covariance(np.array([1.0 + 0j]), np.array([0]), 1, -1.0, 0.0)
 
 

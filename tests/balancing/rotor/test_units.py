@@ -73,12 +73,12 @@ def test_a_speed_is_positive(speed: float) -> None:
 @pytest.mark.parametrize(
     ("quantity", "unit", "detection", "message"),
     [
-        ("velocity", "um", "rms", "unit of velocity 'um'"),
-        ("jerk", "um", "rms", "quantity 'jerk'"),
-        ("velocity", "mm/s", "mean", "detection 'mean'"),
+        ("velocity", "um", "rms", 'the unit of velocity must be one of m/s, mm/s, in/s or ips, got "um"'),
+        ("jerk", "um", "rms", 'the quantity must be one of displacement, velocity or acceleration, got "jerk"'),
+        ("velocity", "mm/s", "mean", 'the detection must be one of peak, rms or peak_to_peak, got "mean"'),
     ],
 )
 def test_unknown_words_are_refused_with_the_known_ones(quantity: str, unit: str, detection: str, message: str) -> None:
     with pytest.raises(NumericsError, match=message) as caught:
         Scale(quantity, unit, detection)  # type: ignore[arg-type]
-    assert "Use one of" in str(caught.value.advice)
+    assert "use one of" in str(caught.value.advice)

@@ -164,11 +164,11 @@ def test_stops_are_honest() -> None:
 
 
 def test_wrong_questions_are_refused() -> None:
-    with pytest.raises(NumericsError, match="ask for at least 1"):
+    with pytest.raises(NumericsError, match="at least 1 selection must be asked for, got 0"):
         best_selections(small(), 0)
-    with pytest.raises(NumericsError, match="limit of nan"):
+    with pytest.raises(NumericsError, match="a limit must be 0 or more, got nan"):
         solve_fewest(small(), math.nan)
-    with pytest.raises(NumericsError, match="slack of -1"):
+    with pytest.raises(NumericsError, match="a slack must be 0 or more, got -1"):
         prefer(small(), solve_exact(small()), -1.0)
     assert most_pieces(small()) == 4
 

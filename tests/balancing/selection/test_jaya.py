@@ -65,7 +65,9 @@ def test_a_plane_that_takes_nothing_and_runs_together() -> None:
 def test_a_step_is_bounded_whatever_is_asked_for() -> None:
     """A long box, every plane full: more runs than a step may move are refused, with how many it may."""
     long = replace(field_experiment(12), stock=stock(tuple(np.arange(1.0, 5001.0).tolist()), counts=1))
-    with pytest.raises(NumericsError, match=r"ask for at most (\d+) runs") as refused:
+    with pytest.raises(
+        NumericsError, match="100 runs of 150 members with 24 slots are too many for one step: at most 16 runs fit"
+    ) as refused:
         search_jaya(long, np.random.default_rng(1), members=150, runs=100)
     most = runs_together(long, 150)
     assert f"at most {most} runs" in refused.value.message

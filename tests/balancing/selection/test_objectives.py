@@ -51,18 +51,24 @@ def test_a_negligible_reaction_is_divided_by_the_larger_one() -> None:
 
 
 def test_no_correction_at_all_has_no_reaction_to_reduce() -> None:
-    with pytest.raises(NumericsError, match="no reaction to reduce"):
+    with pytest.raises(
+        NumericsError, match="the continuous correction must not be zero: no reaction is left to reduce"
+    ):
         bearing_force(np.zeros(2, complex), np.ones(2), np.array([-1.0, 1.0]), np.array([-2.0, 2.0]), 50.0)
 
 
 def test_builders_refuse_wrong_shapes_and_values() -> None:
-    with pytest.raises(NumericsError, match="radius_mm has shape"):
+    with pytest.raises(
+        NumericsError, match=r"radius_mm must have one value per entry of target_g, got the shapes \(3,\) and \(2,\)"
+    ):
         components(np.zeros(2, complex), np.ones(3))
-    with pytest.raises(NumericsError, match="radius_mm holds 0"):
+    with pytest.raises(NumericsError, match="every value of radius_mm must be a finite number above 0, got 0"):
         components(np.zeros(2, complex), np.array([1.0, 0.0]))
-    with pytest.raises(NumericsError, match="influence has shape"):
+    with pytest.raises(
+        NumericsError, match="influence must have one row for each of 2 sensors and one column per plane, got the"
+    ):
         residual_vibration(np.zeros((3, 2), complex), np.zeros(2, complex), np.ones(2))
-    with pytest.raises(NumericsError, match="limits holds -1"):
+    with pytest.raises(NumericsError, match="every value of limits must be a finite number above 0, got -1"):
         residual_vibration(np.zeros((2, 2), complex), np.zeros(2, complex), np.array([1.0, -1.0]))
 
 
@@ -77,12 +83,30 @@ def test_reactions_carry_the_unbalance_in_force_and_moment() -> None:
 def test_reactions_refuse_what_they_cannot_use() -> None:
     two = np.array([-200.0, 300.0])
     for unbalance, axial, bearings, speed, message in [
-        (np.zeros(1, complex), two, two, 10.0, "unbalance has shape"),
-        (np.zeros(2, complex), two[:, None], two, 10.0, "axial_mm has shape"),
+        (
+            np.zeros(1, complex),
+            two,
+            two,
+            10.0,
+            r"unbalance must have one value for each of 2 axial positions, got the shape \(1,\)",
+        ),
+        (
+            np.zeros(2, complex),
+            two[:, None],
+            two,
+            10.0,
+            r"axial_mm must have one position per unbalance, got the shape \(2, 1\)",
+        ),
         (np.zeros(2, complex), two, np.zeros(3), 10.0, "exactly two bearings"),
-        (np.zeros(2, complex), two, np.ones(2), 10.0, "both bearings stand at 1 mm"),
-        (np.zeros(2, complex), two * np.nan, two, 10.0, "not a finite number"),
-        (np.zeros(2, complex), two, two, 0.0, "speed_rad_s is 0"),
+        (
+            np.zeros(2, complex),
+            two,
+            np.ones(2),
+            10.0,
+            "the bearings must have different axial positions, got 1 mm twice",
+        ),
+        (np.zeros(2, complex), two * np.nan, two, 10.0, "axial positions must be finite numbers of mm"),
+        (np.zeros(2, complex), two, two, 0.0, "speed_rad_s must be above 0, got 0"),
     ]:
         with pytest.raises(NumericsError, match=message):
             bearing_reactions(unbalance, axial, bearings, speed)

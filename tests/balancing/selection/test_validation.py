@@ -20,27 +20,75 @@ OBJECTIVE, PLANE, STOCK = GOOD.objective, GOOD.planes[0], GOOD.stock
 NAN = float("nan")
 
 BAD = [
-    (replace(GOOD, planes=()), "no correction plane"),
-    (replace(GOOD, planes=(PLANE,)), r"shape \(2, 2\).*1 columns"),
-    (replace(GOOD, objective=replace(OBJECTIVE, offset=np.zeros(3, complex))), "objective.offset has shape"),
-    (replace(GOOD, objective=replace(OBJECTIVE, matrix=OBJECTIVE.matrix * NAN)), "matrix holds a value that is not"),
-    (replace(GOOD, objective=replace(OBJECTIVE, weights=np.array([0.5, 0.0]))), "a weight is 0"),
-    (replace(GOOD, objective=replace(OBJECTIVE, norm=cast(Norm, "mean"))), "norm 'mean' is unknown"),
-    (replace(GOOD, planes=(PLANE, plane(np.empty(0), 2))), "plane 2 has no position"),
-    (replace(GOOD, planes=(PLANE, plane(np.array([0.1, NAN]), 2))), "plane 2 has a position that is not"),
-    (replace(GOOD, planes=(PLANE, plane(np.array([0.0, 1.0, 2.0 * np.pi]), 2))), "position at 0 degrees twice"),
-    (replace(GOOD, planes=(PLANE, replace(PLANE, capacity=np.ones(3, int)))), "plane 2.capacity has shape"),
-    (replace(GOOD, planes=(replace(PLANE, capacity=-np.ones(18, int)), PLANE)), "plane 1.capacity holds -1"),
-    (replace(GOOD, planes=(replace(PLANE, capacity_g=np.full(18, NAN)), PLANE)), "plane 1.capacity_g holds nan"),
-    (replace(GOOD, planes=(replace(PLANE, max_pieces=-1), PLANE)), "plane 1.max_pieces holds -1"),
-    (replace(GOOD, planes=(replace(PLANE, max_mass_g=NAN), PLANE)), "plane 1.max_mass_g holds nan"),
-    (replace(GOOD, planes=(replace(PLANE, fixed=complex(NAN, 0)), PLANE)), "plane 1 carries a fixed vector"),
-    (replace(GOOD, stock=replace(STOCK, masses_g=np.empty(0))), "catalogue is empty"),
-    (replace(GOOD, stock=replace(STOCK, masses_g=-STOCK.masses_g)), "a stock mass of -10 g"),
-    (replace(GOOD, stock=replace(STOCK, masses_g=STOCK.masses_g * np.inf)), "a stock mass of inf g"),
-    (replace(GOOD, stock=replace(STOCK, fasteners_g=np.full(6, -1.0))), "stock.fasteners_g holds -1"),
-    (replace(GOOD, stock=replace(STOCK, counts=np.array([1, 2, 3, -4, 5, 6]))), "stock.counts holds -4"),
-    (replace(GOOD, stock=replace(STOCK, masses_g=np.array([10.0, 20, 50, 20, 200, 300]))), "20 g stands .* twice"),
+    (replace(GOOD, planes=()), "at least one correction plane must be stated"),
+    (
+        replace(GOOD, planes=(PLANE,)),
+        "the objective's matrix must have one row per residual and 1 columns, got the shape 2",
+    ),
+    (
+        replace(GOOD, objective=replace(OBJECTIVE, offset=np.zeros(3, complex))),
+        r"objective\.offset must have the shape 2, got 3",
+    ),
+    (
+        replace(GOOD, objective=replace(OBJECTIVE, matrix=OBJECTIVE.matrix * NAN)),
+        "the objective's matrix must be finite numbers",
+    ),
+    (replace(GOOD, objective=replace(OBJECTIVE, weights=np.array([0.5, 0.0]))), "weights must be above 0, got 0"),
+    (
+        replace(GOOD, objective=replace(OBJECTIVE, norm=cast(Norm, "mean"))),
+        'the norm must be one of components, sum, max or rms, got "mean"',
+    ),
+    (replace(GOOD, planes=(PLANE, plane(np.empty(0), 2))), "plane 2 must have at least one position"),
+    (replace(GOOD, planes=(PLANE, plane(np.array([0.1, NAN]), 2))), "every position of plane 2 must be a finite angle"),
+    (
+        replace(GOOD, planes=(PLANE, plane(np.array([0.0, 1.0, 2.0 * np.pi]), 2))),
+        "plane 2 must have each position once, got 0 degrees twice",
+    ),
+    (
+        replace(GOOD, planes=(PLANE, replace(PLANE, capacity=np.ones(3, int)))),
+        r"plane 2\.capacity must have the shape 18, got 3",
+    ),
+    (
+        replace(GOOD, planes=(replace(PLANE, capacity=-np.ones(18, int)), PLANE)),
+        r"plane 1\.capacity must be 0 or more, got -1 \(0 blocks a position\)",
+    ),
+    (
+        replace(GOOD, planes=(replace(PLANE, capacity_g=np.full(18, NAN)), PLANE)),
+        r"plane 1\.capacity_g must be 0 or more, got nan \(0 blocks a position\)",
+    ),
+    (
+        replace(GOOD, planes=(replace(PLANE, max_pieces=-1), PLANE)),
+        r"plane 1\.max_pieces must be 0 or more, got -1 \(0 leaves the plane empty\)",
+    ),
+    (
+        replace(GOOD, planes=(replace(PLANE, max_mass_g=NAN), PLANE)),
+        r"plane 1\.max_mass_g must be 0 or more, got nan \(0 leaves the plane empty\)",
+    ),
+    (
+        replace(GOOD, planes=(replace(PLANE, fixed=complex(NAN, 0)), PLANE)),
+        r"the fixed vector of plane 1 must be a finite number of g, got \(nan\+0j\)",
+    ),
+    (replace(GOOD, stock=replace(STOCK, masses_g=np.empty(0))), "the catalogue must hold at least one mass"),
+    (
+        replace(GOOD, stock=replace(STOCK, masses_g=-STOCK.masses_g)),
+        "every stock mass must be a finite number above 0, got -10 g",
+    ),
+    (
+        replace(GOOD, stock=replace(STOCK, masses_g=STOCK.masses_g * np.inf)),
+        "every stock mass must be a finite number above 0, got inf g",
+    ),
+    (
+        replace(GOOD, stock=replace(STOCK, fasteners_g=np.full(6, -1.0))),
+        r"stock\.fasteners_g must be 0 or more, got -1 \(0 where the fastener is not weighed\)",
+    ),
+    (
+        replace(GOOD, stock=replace(STOCK, counts=np.array([1, 2, 3, -4, 5, 6]))),
+        r"stock\.counts must be 0 or more, got -4 \(0 where the box is used up\)",
+    ),
+    (
+        replace(GOOD, stock=replace(STOCK, masses_g=np.array([10.0, 20, 50, 20, 200, 300]))),
+        "a stock mass must be stated once, got 20 g twice",
+    ),
 ]
 
 
@@ -51,9 +99,9 @@ def test_a_broken_rule_is_named(problem: SelectionProblem, message: str) -> None
 
 
 def test_solvers_validate_first() -> None:
-    with pytest.raises(NumericsError, match="no correction plane"):
+    with pytest.raises(NumericsError, match="at least one correction plane must be stated"):
         solve_exhaustive(BAD[0][0])
-    with pytest.raises(NumericsError, match="no correction plane"):
+    with pytest.raises(NumericsError, match="at least one correction plane must be stated"):
         solve_jaya(BAD[0][0], seed=1)
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from service.balancing.rotor.phasors import FloatArray
+from service.messages import Message, render, render_advice
 
 Severity = Literal["info", "warning", "error"]
 Code = Literal[
@@ -43,13 +44,26 @@ Direction = Literal["horizontal", "vertical", "axial"]
 class Finding:
     """What was found; runs, planes, sensors: indices that it is about, empty where it is about all."""
 
-    code: Code
+    data: Message
     severity: Severity
-    message: str
-    advice: str
     runs: tuple[int, ...] = ()
     planes: tuple[int, ...] = ()
     sensors: tuple[int, ...] = ()
+
+    @property
+    def code(self) -> Code:
+        """The stable code."""
+        return cast("Code", self.data.code)
+
+    @property
+    def message(self) -> str:
+        """What was found, in English."""
+        return render(self.data)
+
+    @property
+    def advice(self) -> str:
+        """What to do, in English."""
+        return render_advice(self.data) or ""
 
 
 @dataclass(frozen=True)

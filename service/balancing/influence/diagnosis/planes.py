@@ -10,8 +10,8 @@ from service.balancing.influence.corrections import Correction, usable
 from service.balancing.influence.diagnosis.findings import Finding
 from service.balancing.influence.fit import KNOWN_SCATTER, InfluenceFit, RunSet
 from service.balancing.influence.uncertainty import f_quantile
-from service.balancing.rotor.labels import listed
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
+from service.messages import Message, Quantity
 
 # A coefficient less than this many standard deviations long is easily wrong by 20 % or 11 degrees.
 _SEEN = 5.0
@@ -93,18 +93,14 @@ def _unseen(runs: RunSet, fit: InfluenceFit) -> list[Finding]:
         change, turn, moved = _change(runs, plane)
         if ratio < 0.0 and not moved < _CHANGE:
             continue
-        scattered = f"only {ratio:.1f} times its scatter; " if ratio >= 0.0 else ""
-        told = f"amplitude changed by {change:.0%} and phase by {np.degrees(turn):.0f} degrees at most"
-        found.append(
-            Finding(
-                "trial_response_small",
-                "warning",
-                f"the response to the mass in {runs.labels.plane(plane)} is small: {scattered}"
-                + (told if np.isfinite(change) else "no run shows it alone"),
-                "Use a larger trial mass, for a change of 30 % or 30 degrees at one sensor at least.",
-                planes=(plane,),
-            )
-        )
+        reasons = [Message("trial_response_small.scattered", times=ratio)] if ratio >= 0.0 else []
+        if np.isfinite(change):
+            degrees = Quantity(float(np.degrees(turn)), "deg")
+            reasons.append(Message("trial_response_small.change", change=change, turn=degrees))
+        else:
+            reasons.append(Message("trial_response_small.not_alone"))
+        told = Message("trial_response_small", plane=runs.labels.plane(plane), reasons=reasons)
+        found.append(Finding(told, "warning", planes=(plane,)))
     return found
 
 
@@ -139,12 +135,8 @@ def _dependent(A: ComplexArray, fit: InfluenceFit) -> list[Finding]:
         return []
     return [
         Finding(
-            "planes_dependent",
+            Message("planes_dependent", planes=map(fit.labels.plane, weak), significance=factor[weak].min()),
             "warning",
-            f"{listed(map(fit.labels.plane, weak))} act almost like the other planes "
-            f"(significance {factor[weak].min():.2f}): corrections there are large and uncertain",
-            f"Correct without {listed(map(fit.labels.plane, weak))}, use damping, or add a sensor that tells "
-            "them apart.",
             planes=tuple(weak),
         )
     ]
@@ -163,12 +155,14 @@ def _bucking(A: ComplexArray, b: ComplexArray) -> list[Finding]:
     k = int(good[0])
     return [
         Finding(
-            "planes_buck",
+            Message(
+                "planes_buck",
+                damping=_DAMPINGS[k - 1],
+                mass=mass[k] / mass[0],
+                damped=residual[k] / before,
+                undamped=residual[0] / before,
+            ),
             "warning",
-            f"the corrections work against each other: damping {_DAMPINGS[k - 1]:g} needs {mass[k] / mass[0]:.0%} "
-            f"of the mass and leaves {residual[k] / before:.0%} instead of {residual[0] / before:.0%} of the "
-            "vibration as found",
-            f"Ask for damping {_DAMPINGS[k - 1]:g} or a limit of mass, unless the last bit of vibration matters.",
         )
     ]
 
@@ -197,18 +191,10 @@ def _in_noise(fit: InfluenceFit, correction: Correction) -> list[Finding]:
     whole = bool(_mean_square(masses, spread) <= _hotelling(2 * len(masses), dof))
     if not lost and not whole:
         return []
-    names = "this correction" if whole else f"the correction in {listed(map(fit.labels.plane, lost))}"
-    return [
-        Finding(
-            "correction_in_noise" if whole else "plane_correction_in_noise",
-            "warning" if whole else "info",
-            f"{names} cannot be told from none at all: it lies within the scatter of the readings",
-            "Fitting it may make matters worse. Average longer or use larger trial masses, or leave the rotor as it is."
-            if whole
-            else "Leave that plane as it is, unless a better measurement says otherwise.",
-            planes=tuple(int(p) for p in planes) if whole else tuple(lost),
-        )
-    ]
+    if whole:
+        return [Finding(Message("correction_in_noise"), "warning", planes=tuple(int(p) for p in planes))]
+    told = Message("plane_correction_in_noise", planes=map(fit.labels.plane, lost))
+    return [Finding(told, "info", planes=tuple(lost))]
 
 
 def _mean_square(masses: ComplexArray, spread: FloatArray) -> FloatArray:

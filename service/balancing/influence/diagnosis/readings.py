@@ -8,8 +8,8 @@ import numpy as np
 
 from service.balancing.influence.diagnosis.findings import Circumstances, Finding
 from service.balancing.influence.fit import InfluenceFit, RunSet
-from service.balancing.rotor.labels import listed
 from service.balancing.rotor.phasors import FloatArray
+from service.messages import Message, Quantity
 
 # Below this share of a sensor's greatest amplitude a phase means little and is not judged.
 _SMALL = 0.2
@@ -47,23 +47,14 @@ def _dead(runs: RunSet, fit: InfluenceFit, amplitude: FloatArray) -> list[Findin
         silent = first[s] == 0.0
         found.append(
             Finding(
-                "sensor_silent" if silent else "sensor_stuck",
+                Message("sensor_silent" if silent else "sensor_stuck", sensor=name(int(s)), runs=len(amplitude)),
                 "error",
-                f"{name(int(s))} reads {'zero' if silent else 'exactly the same'} in all {len(amplitude)} runs",
-                "Check its cable and its mounting, then measure again.",
                 sensors=(int(s),),
             )
         )
     for s in np.flatnonzero(np.isnan(fit.initial)):
-        found.append(
-            Finding(
-                "sensor_incomplete",
-                "warning",
-                f"{name(int(s))} has too few readings to be used and is left out",
-                "Repeat the runs in which it gave nothing.",
-                sensors=(int(s),),
-            )
-        )
+        told = Message("sensor_incomplete", sensor=name(int(s)))
+        found.append(Finding(told, "warning", sensors=(int(s),)))
     return found
 
 
@@ -77,11 +68,12 @@ def _unsteady(runs: RunSet, amplitude: FloatArray) -> list[Finding]:
     bad = np.flatnonzero(2 * (turn > _UNSTEADY).sum(axis=0) > np.maximum(judged.sum(axis=0), 1))
     return [
         Finding(
-            "phase_unsteady",
+            Message(
+                "phase_unsteady",
+                sensor=runs.labels.sensor(int(s)),
+                turn=Quantity(float(np.degrees(turn[:, s].max())), "deg"),
+            ),
             "warning",
-            f"the phase of {runs.labels.sensor(int(s))} wanders by {np.degrees(turn[:, s].max()):.0f} degrees",
-            "Let the machine reach steady speed and temperature, average longer, and check the mark and the pick-up; "
-            "a neighbouring machine at nearly the same speed beats.",
             sensors=(int(s),),
         )
         for s in bad
@@ -110,10 +102,8 @@ def _speed_drift(runs: RunSet, known: Circumstances) -> list[Finding]:
         return []
     return [
         Finding(
-            "speed_drift",
+            Message("speed_drift", runs=map(runs.labels.run, bad), share=np.abs(off).max()),
             "warning",
-            f"the speed of {listed(runs.labels.run(k) for k in bad)} is off by {np.abs(off).max():.1%}",
-            "Repeat at the same speed: coefficients hold for one speed only, least of all near a resonance.",
             runs=tuple(bad),
         )
     ]
@@ -130,11 +120,8 @@ def _speed_off_nominal(runs: RunSet, known: Circumstances) -> list[Finding]:
         return []
     return [
         Finding(
-            "speed_off_nominal",
+            Message("speed_off_nominal", runs=map(runs.labels.run, bad), share=worst.max()),
             "warning",
-            f"the measured speed of {listed(runs.labels.run(k) for k in bad)} is off the nominal one by "
-            f"{worst.max():.1%}",
-            "Run at the nominal speed, or state the speed that was run at: coefficients hold for one speed only.",
             runs=tuple(bad),
         )
     ]
@@ -153,11 +140,8 @@ def _not_1x(runs: RunSet, known: Circumstances, amplitude: FloatArray) -> list[F
         return []
     return [
         Finding(
-            "not_unbalance_1x_share",
+            Message("not_unbalance_1x_share", share=share[low].min(), sensors=map(runs.labels.sensor, low)),
             "warning",
-            f"vibration at the speed of rotation is {share[low].min():.0%} of the whole at "
-            f"{listed(map(runs.labels.sensor, low))}: most of it is not unbalance",
-            "Look at harmonics, belts, bearings and looseness first; balancing can remove the 1x part only.",
             sensors=tuple(low),
         )
     ]
@@ -186,10 +170,8 @@ def _across(fit: InfluenceFit, horizontal: int, vertical: int) -> list[Finding]:
     if great > _RATIO * small:
         return [
             Finding(
-                "not_unbalance_direction",
+                Message("not_unbalance_direction", horizontal=name(horizontal), vertical=name(vertical), ratio=_RATIO),
                 "warning",
-                f"{name(horizontal)} and {name(vertical)} differ by more than {_RATIO:g} : 1 in amplitude",
-                "Look for resonance of the support or looseness in the stronger direction.",
                 sensors=(horizontal, vertical),
             )
         ]
@@ -198,11 +180,13 @@ def _across(fit: InfluenceFit, horizontal: int, vertical: int) -> list[Finding]:
         return []
     return [
         Finding(
-            "not_unbalance_phase",
+            Message(
+                "not_unbalance_phase",
+                horizontal=name(horizontal),
+                vertical=name(vertical),
+                turn=Quantity(float(np.degrees(turn)), "deg"),
+            ),
             "info",
-            f"{name(horizontal)} and {name(vertical)} are {np.degrees(turn):.0f} degrees apart; "
-            "unbalance makes 90 +- 30",
-            "Look for a bent shaft, misalignment, looseness or a resonance if balancing does not help.",
             sensors=(horizontal, vertical),
         )
     ]
@@ -213,10 +197,8 @@ def _along(fit: InfluenceFit, axial: int, radial: int) -> list[Finding]:
         return []
     return [
         Finding(
-            "not_unbalance_axial",
+            Message("not_unbalance_axial", axial=fit.labels.sensor(axial), radial=fit.labels.sensor(radial)),
             "warning",
-            f"{fit.labels.sensor(axial)}, axial, is not below {fit.labels.sensor(radial)}, radial",
-            "Unless the rotor is overhung, look for misalignment or a bent shaft first.",
             sensors=(axial, radial),
         )
     ]

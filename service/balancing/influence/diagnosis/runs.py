@@ -9,8 +9,8 @@ import numpy as np
 from service.balancing.influence.diagnosis.findings import Circumstances, Finding
 from service.balancing.influence.diagnosis.misfit import Misfit, improbable, misfit_of, worst_miss
 from service.balancing.influence.fit import InfluenceFit, RunSet, fit_influence
-from service.balancing.rotor.labels import listed
 from service.balancing.rotor.phasors import IntArray
+from service.messages import Message
 
 # Two readings of one state this many standard deviations apart contradict each other.
 _APART = 6.0
@@ -61,12 +61,14 @@ def _contradictions(runs: RunSet) -> list[Finding]:
         a, b, s = int(first[pair]), int(second[pair]), int(sensor)
         found.append(
             Finding(
-                "runs_contradict",
+                Message(
+                    "runs_contradict",
+                    run=name.run(a),
+                    other=name.run(b),
+                    sensor=name.sensor(s),
+                    share=gap[pair, sensor] / size[pair, sensor],
+                ),
                 "error",
-                f"{name.run(a)} and {name.run(b)} have the same masses, yet {name.sensor(s)} reads "
-                f"{gap[pair, sensor]:.3g} apart, {gap[pair, sensor] / size[pair, sensor]:.0%} of its amplitude",
-                "Repeat the run in doubt and exclude the one that does not repeat; "
-                "look for looseness, a temperature still rising, or a slipped pick-up.",
                 runs=(a, b),
                 sensors=(s,),
             )
@@ -85,11 +87,8 @@ def _mirrored(runs: RunSet, misfit: Misfit) -> Finding | None:
     if float(np.nansum(np.abs(mirror.missed / mirror.size) ** 2)) > _MIRROR * squares:
         return None
     return Finding(
-        "sense_mirrored",
+        Message("sense_mirrored", missed=misfit.relative.max()),
         "error",
-        f"the runs miss the model by up to {misfit.relative.max():.0%} of the amplitude, but fit it when the angles "
-        "of the masses, or the phases, are counted the other way round",
-        "Check angle_sense and phase_sense of the machine against a mass at a known hole; one of the two is turned.",
     )
 
 
@@ -106,11 +105,8 @@ def _misfits(runs: RunSet, misfit: Misfit, known: Circumstances) -> list[Finding
         k = missed[-1]
         return [
             Finding(
-                "prediction_missed",
+                Message("prediction_missed", run=name.run(k), missed=misfit.relative[k]),
                 "error" if misfit.relative[k] > _CHECK_MISSED_UNSTATED else "warning",
-                f"{name.run(k)} misses what the other runs predict by {misfit.relative[k]:.0%} of the amplitude",
-                "Make sure that every piece is fitted as stated and tight. If so, look for looseness, resonance or "
-                "another cause than unbalance before adding more mass.",
                 runs=(k,),
             )
         ]
@@ -118,11 +114,8 @@ def _misfits(runs: RunSet, misfit: Misfit, known: Circumstances) -> list[Finding
         best = sound[0]
         return [
             Finding(
-                "bad_run",
+                Message("bad_run", run=name.run(best), missed=misfit.relative[best]),
                 "error",
-                f"{name.run(best)} contradicts the other runs, which agree among themselves; they predict readings "
-                f"{misfit.relative[best]:.0%} of the amplitude away",
-                "Check the masses and readings typed for it, or repeat it; otherwise exclude it.",
                 runs=(best,),
             )
         ]
@@ -130,11 +123,8 @@ def _misfits(runs: RunSet, misfit: Misfit, known: Circumstances) -> list[Finding
         return []
     return [
         Finding(
-            "not_linear",
+            Message("not_linear", runs=map(name.run, suspects), missed=misfit.relative.max()),
             "warning",
-            f"the runs do not follow one linear model: {listed(map(name.run, suspects))} miss it by up to "
-            f"{misfit.relative.max():.0%} of the amplitude, and no single run is to blame for sure",
-            "Repeat one of them to find a mistyped run; if all repeat, look for looseness, resonance or rubbing.",
             runs=tuple(suspects),
         )
     ]
