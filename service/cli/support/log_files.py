@@ -21,6 +21,8 @@ def documents(path: Path) -> Iterator[tuple[int, bytes]]:
     """Line number and text of each document: one a line, or one over many lines. Raises InvalidInput for a long one."""
     with path.open("rb") as lines:
         first = lines.readline(MOST_BYTES + 1)
+        if not first:
+            return  # an export of no session
         if not _is_json(first):
             yield 1, _bounded(1, path, first + lines.read(MOST_BYTES + 1 - len(first)))
             return
