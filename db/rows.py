@@ -21,6 +21,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from db.types import Document, UtcTime
 from service.model.access import Scope
+from service.model.arrangement import Arrangement, PartRecord, Place
 from service.model.correction import Correction
 from service.model.counters import FrameCounter
 from service.model.findings import Findings
@@ -190,6 +191,45 @@ class PlanRow(Base):
     session_id: Mapped[str] = mapped_column(_KEY, ForeignKey("session.id"))
     number: Mapped[int]
     plan: Mapped[Plan] = mapped_column(Document(Plan))
+
+
+class ArrangementRow(Base):
+    """An arrangement of weighed parts, as a document; with or without a machine and a session."""
+
+    __tablename__ = "arrangement"
+    __table_args__ = (Index(None, "machine_id", "created_at"), Index(None, "session_id", "created_at"))
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    machine_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("machine.id"))
+    session_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("session.id"))
+    created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
+    arrangement: Mapped[Arrangement] = mapped_column(Document(Arrangement))
+
+
+class PlaceSetRow(Base):
+    """A machine's set of places for one kind of part."""
+
+    __tablename__ = "place_set"
+    __table_args__ = (UniqueConstraint("machine_id", "name"),)
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
+    name: Mapped[str] = mapped_column(String(100))
+    places: Mapped[tuple[Place, ...]] = mapped_column(Document(tuple[Place, ...]))
+    updated_at: Mapped[datetime] = mapped_column(UtcTime)
+
+
+class PartEntryRow(Base):
+    """One line of a part's history on a machine; nothing here is ever changed."""
+
+    __tablename__ = "part_entry"
+    __table_args__ = (Index(None, "machine_id", "id"), Index(None, "machine_id", "part", "id"))
+
+    id: Mapped[int] = mapped_column(_AUTO_KEY, primary_key=True, autoincrement=True)
+    machine_id: Mapped[str] = mapped_column(_KEY, ForeignKey("machine.id"))
+    part: Mapped[str] = mapped_column(String(100))
+    arrangement_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("arrangement.id"), index=True)
+    record: Mapped[PartRecord] = mapped_column(Document(PartRecord))
 
 
 class StopRow(Base):

@@ -12,11 +12,14 @@ from db.pubsub import stream
 from db.queries.base import Queries
 from db.rows import (
     NOT_CLOSED,
+    ArrangementRow,
     Base,
     CatalogueRow,
     CorrectionRow,
     InfluenceRow,
     MachineRow,
+    PartEntryRow,
+    PlaceSetRow,
     PlanRow,
     RunRow,
     SessionRow,
@@ -72,6 +75,41 @@ class Records(Queries):
             select(SessionRow)
             .where(SessionRow.machine_id == machine_id, NOT_CLOSED)
             .order_by(SessionRow.created_at.desc())
+        ).all()
+
+    # ------------------------------------------------------------ parts and their places
+    def arrangements(
+        self, limit: int, offset: int, *, machine_id: str | None = None, session_id: str | None = None
+    ) -> Sequence[ArrangementRow]:
+        """Arrangements, newest first."""
+        query = select(ArrangementRow).order_by(ArrangementRow.created_at.desc(), ArrangementRow.id)
+        if machine_id is not None:
+            query = query.where(ArrangementRow.machine_id == machine_id)
+        if session_id is not None:
+            query = query.where(ArrangementRow.session_id == session_id)
+        return readable(self._page(query, limit, offset))
+
+    def place_sets(self, machine_id: str) -> Sequence[PlaceSetRow]:
+        """A machine's sets of places, by name."""
+        query = select(PlaceSetRow).where(PlaceSetRow.machine_id == machine_id).order_by(PlaceSetRow.name)
+        return self._session.scalars(query).all()
+
+    def part_entries(
+        self, machine_id: str, limit: int, offset: int, *, part: str | None = None
+    ) -> Sequence[PartEntryRow]:
+        """History of a machine's parts, newest first; part: of this one."""
+        query = select(PartEntryRow).where(PartEntryRow.machine_id == machine_id).order_by(PartEntryRow.id.desc())
+        if part is not None:
+            query = query.where(PartEntryRow.part == part)
+        return readable(self._page(query, limit, offset))
+
+    def latest_part_entries(self, machine_id: str) -> Sequence[PartEntryRow]:
+        """The latest line of every part that was ever on a machine."""
+        latest = (
+            select(func.max(PartEntryRow.id)).where(PartEntryRow.machine_id == machine_id).group_by(PartEntryRow.part)
+        )
+        return self._session.scalars(
+            select(PartEntryRow).where(PartEntryRow.id.in_(latest)).order_by(PartEntryRow.part)
         ).all()
 
     # ------------------------------------------------------------ of a session

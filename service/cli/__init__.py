@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli.commands import bench, chaos, database, design, readings, study, token
+from service.cli.commands import arrange, bench, chaos, database, design, readings, study, token
 from service.cli.support import can_options
 from service.cli.support.options import DatabaseUrl, OneSession
 from service.errors import DrumtrueError
@@ -69,12 +69,17 @@ def demo(
     speed: Annotated[float, typer.Option(min=60.0, max=6000.0, help="Speed of the drum, r/min.")] = 460.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")] = False,
     serve_on: Annotated[bool, typer.Option("--serve", help="Leave the service running until Ctrl-C.")] = False,
+    parts: Annotated[bool, typer.Option("--parts", help="Arrange the drum's weighed bars, then trim.")] = False,
     database_url: DatabaseUrl = None,
 ) -> None:
     """Balance a simulated drum through the real service, then match the published field experiment.
 
     Ends with status 0 when every bearing is down by 90 %.
     """
+    if parts:
+        from service.cli.commands.demo_parts import run_parts_demo
+
+        raise SystemExit(run_parts_demo(seed=seed, speed_rpm=speed, as_json=as_json, database_url=database_url))
     from service.cli.commands.demo import run_demo
 
     raise SystemExit(run_demo(seed=seed, speed_rpm=speed, as_json=as_json, serve=serve_on, database_url=database_url))
@@ -150,6 +155,7 @@ def solve(
     solve_file(file, session, as_json=as_json)
 
 
+app.command()(arrange.arrange)
 app.command()(database.migrate)
 app.command()(database.verify)
 app.command()(database.repair)

@@ -100,7 +100,7 @@ def pose(ground: Ground, request: PlanRequest) -> Posed:
     off = ground.inputs.present_off if present else ()
     blocked = _blocked(machine, request.blocked)
     planes = tuple(
-        _selection_plane(machine, plane, request, blocked[p], [k for k in kept if k.plane == plane.name])
+        selection_plane(machine, plane, request, blocked[p], [k for k in kept if k.plane == plane.name])
         for p, plane in enumerate(machine.planes)
     )
     gone = mapping.placement_vectors(machine, off)
@@ -218,9 +218,10 @@ def _blocked(machine: Machine, blocked: Sequence[BlockedPosition]) -> list[set[i
     return out
 
 
-def _selection_plane(
+def selection_plane(
     machine: Machine, plane: Plane, request: PlanRequest, blocked: set[int], kept: Sequence[Placement]
 ) -> SelectionPlane:
+    """A plane as the selection sees it: blocked positions take nothing, kept pieces stay and take their room."""
     positions = len(plane.positions_deg)
     capacity = np.full(positions, plane.masses_per_position, dtype=np.int64)
     grams = np.full(positions, np.inf)

@@ -119,6 +119,7 @@ def walk(recorder: Walker) -> Walker:
     look_back(recorder, machine, session)
     import_session(recorder, session)
     from_a_bridge(recorder, machine, box)
+    arrange_bars(recorder, machine)
     recorder.ask("GET", f"/sessions/{session}/history?limit=3")
     recorder.ask("GET", "/history?limit=3")
     recorder.ask("GET", "/health")
@@ -139,6 +140,27 @@ def prepare(recorder: Recorder) -> tuple[str, str]:
     recorder.ask("POST", f"/catalogues/{box}/stock", {"kind": "received", "pieces": received, "note": "delivery 4711"})
     recorder.ask("POST", f"/catalogues/{box}/stock", {"kind": "withdrawn", "pieces": received, "note": "lent"})
     return machine, box
+
+
+def arrange_bars(recorder: Recorder, machine: str) -> None:
+    """Six rasp bars weighed whole: arranged, questioned, mounted."""
+    places = [
+        {"label": str(n + 1), "angle_deg": 60.0 * n, "radius_mm": 310.0, "axial_mm": [0.0], "kind": "bar"}
+        for n in range(6)
+    ]
+    recorder.ask("PUT", f"/machines/{machine}/place-sets/rasp bars", {"places": places})
+    recorder.ask("GET", f"/machines/{machine}/place-sets")
+    masses = (6025.0, 5978.0, 5978.0, 6012.0, 5989.0, 6013.0)
+    bars = [{"id": f"b{n}", "mass_g": mass, "kind": "bar", "present": str(n)} for n, mass in enumerate(masses, 1)]
+    request = {"machine_id": machine, "set": "rasp bars", "parts": bars, "norm": "max", "scale_resolution_g": 1.0}
+    made = recorder.ask("POST", "/arrangements", request)["id"]
+    recorder.ask("GET", f"/arrangements/{made}")
+    recorder.ask("GET", f"/arrangements?machine_id={machine}&limit=1")
+    recorder.ask("GET", f"/arrangements/{made}/front")
+    recorder.ask("POST", f"/arrangements/{made}/what-if", {"stay": ["b1"], "max_moves": 3, "replace": "4"})
+    recorder.ask("POST", f"/arrangements/{made}/mounted", {"note": "after the season"})
+    recorder.ask("GET", f"/machines/{machine}/parts")
+    recorder.ask("GET", f"/machines/{machine}/parts/history?part=b1&limit=3")
 
 
 def run_body(kind: str, masses: list[dict[str, Any]], wander: complex = 0j) -> dict[str, Any]:

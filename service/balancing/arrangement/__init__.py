@@ -14,6 +14,8 @@ solve           the searches: least objective, fewest moves, front
 results         a search run to its end, and how it ended
 infeasibility   why no arrangement keeps the limits
 uncertainty     what the scale cannot tell
+replacement     the mass that a part in one place should have
+with_masses     parts and stock masses as one problem
 makers_rule     the heaviest parts opposite each other
 =============== =================================================================
 """
@@ -27,11 +29,13 @@ from service.balancing.arrangement.problem import (
     GroupLimit,
     none_mounted,
 )
-from service.balancing.arrangement.rating import moves, residuals, values, within_limits
+from service.balancing.arrangement.rating import moves, new_parts, residuals, values, within_limits
+from service.balancing.arrangement.replacement import wanted_mass
 from service.balancing.arrangement.results import solve_best, solve_fewest
 from service.balancing.arrangement.solve import search_best, search_fewest, search_front
 from service.balancing.arrangement.unbalance import end_gains, part_effects, plane_shares
 from service.balancing.arrangement.uncertainty import objective_deviation, residual_covariance, scale_deviation
+from service.balancing.arrangement.with_masses import JointResult, MassChoice, solve_with_masses
 
 __all__ = [
     "EMPTY",
@@ -39,8 +43,11 @@ __all__ = [
     "ArrangementResult",
     "ArrangementState",
     "GroupLimit",
+    "JointResult",
+    "MassChoice",
     "end_gains",
     "moves",
+    "new_parts",
     "none_mounted",
     "objective_deviation",
     "opposite_pairs",
@@ -54,6 +61,8 @@ __all__ = [
     "search_front",
     "solve_best",
     "solve_fewest",
+    "solve_with_masses",
     "values",
+    "wanted_mass",
     "within_limits",
 ]

@@ -22,23 +22,23 @@ def scale_deviation(resolution_g: float) -> float:
 
 
 def residual_covariance(
-    gains: ComplexArray, arrangement: IntArray, present: IntArray | None, weighed: FloatArray
+    gains: ComplexArray, arrangement: IntArray, present: IntArray | None, readings_g: FloatArray
 ) -> FloatArray:
     """Covariance (2S, 2S), real and imaginary parts in turn, of the residual.
 
     gains: (P, 2, S), residual per gram at each end of a place. arrangement: (P,). present: (P,) where the offset was
-    measured or in balance with the present parts on, else None. weighed: (K, 2) standard deviation in g of the reading
-    at each end of a part; 0 where that end has no reading of its own, or the part's mass is not in the offset.
+    measured or in balance with the present parts on, else None. readings_g: (K, E, 2), what one standard deviation of
+    each of up to E readings of a part adds to the masses of its ends; 0 where there is no such reading.
     """
     size = gains.shape[2]
     covariance = np.zeros((2 * size, 2 * size))
-    for part in range(len(weighed)):
+    for part, readings in enumerate(readings_g):
         gain = _gain(gains, arrangement, part)
         if present is not None:
             gain = gain - _gain(gains, present, part)
-        for end in range(2):
-            real = np.ascontiguousarray(gain[end]).view(np.float64)
-            covariance += weighed[part, end] ** 2 * np.outer(real, real)
+        for error in readings:
+            real = np.ascontiguousarray(error @ gain).view(np.float64)
+            covariance += np.outer(real, real)
     return covariance
 
 

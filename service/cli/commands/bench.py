@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -35,6 +36,21 @@ def selection(
 
     bench = Bench(markdown=markdown, quick=quick, budget_s=budget, seeds=seeds, runs=runs)
     raise SystemExit(0 if bench_selection(bench, as_published=as_published) else 1)
+
+
+@app.command()
+def arrangement(
+    quick: Annotated[bool, typer.Option("--quick", help="Small problems only.")] = False,
+    markdown: Markdown = False,
+    budget: Annotated[float, typer.Option(min=0.05, help="Seconds for each peer and problem.")] = 1.0,
+    seeds: Annotated[int, typer.Option(min=1, help="Generated problems of each size.")] = 1,
+    write: Annotated[Path | None, typer.Option(help="File for the problems with their best values.")] = None,
+) -> None:
+    """Proofs and times of arrangements of weighed parts beside named methods (CP-SAT: the extra `bench`)."""
+    from service.bench.arrangement.arrangement import bench_arrangement
+
+    right = bench_arrangement(quick=quick, markdown=markdown, budget_s=budget, seeds=seeds, write=write)
+    raise SystemExit(0 if right else 1)
 
 
 @app.command()

@@ -21,7 +21,7 @@ from service.balancing.arrangement import (
 )
 from service.balancing.selection.problem import Norm, Objective
 
-CASES = json.loads(resources.files("service.bench").joinpath("data/arrangement_cases.json").read_text())["cases"]
+CASES = json.loads(resources.files("service.bench.arrangement").joinpath("cases.json").read_text())["cases"]
 OPTIMA = [(case, norm) for case in CASES for norm in case.get("optimum", {})]
 STATED = 1e-6
 """Relative tolerance that the optima are stated for."""

@@ -1,0 +1,1 @@
+"""`drumtrue bench arrangement`: proofs, times and answers next to named methods."""

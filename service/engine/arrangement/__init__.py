@@ -1,0 +1,17 @@
+"""Arrangements of weighed parts on documents, without storage.
+
+=============== =================================================================
+request_checks  what a request must satisfy, each refusal with a name
+frame           planes, offset and objective of a request in arrays
+parts           parts and places of a request in arrays
+with_box        stock masses together with parts
+answers         an answer as documents: moves in order, residual, maker's rule
+solver          a request to an answer, its front, other circumstances
+=============== =================================================================
+"""
+
+from service.engine.arrangement.request_checks import check_places
+from service.engine.arrangement.solver import Ground, answer, front, mounted, what_if
+from service.engine.arrangement.with_box import Box
+
+__all__ = ["Box", "Ground", "answer", "check_places", "front", "mounted", "what_if"]

@@ -1,0 +1,1 @@
+"""Arrangements of weighed parts: proposed, mounted; sets of places and the history of parts of a machine."""

@@ -1,0 +1,51 @@
+"""Sets of places of a machine: bars, knives, hammers."""
+
+from __future__ import annotations
+
+from db.rows import MachineRow, PlaceSetRow
+from db.store import Store
+from service.engine.arrangement import check_places
+from service.errors import NotFound
+from service.model.arrangement import PlaceSet, PlaceSetRequest
+from service.runtime.context import Work, require
+
+
+def put(work: Work, machine_id: str, name: str, request: PlaceSetRequest) -> PlaceSet:
+    """Store or replace a set of places. Raises NotFound, or InvalidInput where a rule is broken."""
+    check_places(request.places)
+    with work.write() as store:
+        require(store, MachineRow, machine_id, lock=True)
+        row = next((row for row in store.place_sets(machine_id) if row.name == name), None)
+        if row is None:
+            row = PlaceSetRow(
+                id=work.new_id(), machine_id=machine_id, name=name, places=request.places, updated_at=work.now()
+            )
+            store.add(row)
+        else:
+            row.places, row.updated_at = request.places, work.now()
+        return _view(row)
+
+
+def find(work: Work, machine_id: str) -> tuple[PlaceSet, ...]:
+    """A machine's sets of places, by name. Raises NotFound."""
+    with work.read() as store:
+        require(store, MachineRow, machine_id)
+        return tuple(_view(row) for row in store.place_sets(machine_id))
+
+
+def named(store: Store, machine_id: str, name: str) -> PlaceSet:
+    """One set of places. Raises NotFound."""
+    row = next((row for row in store.place_sets(machine_id) if row.name == name), None)
+    if row is None:
+        raise NotFound(
+            f"the machine has no set of places {name!r}",
+            code="place_set_not_found",
+            field="set",
+            value=name,
+            advice="list them: GET /machines/{id}/place-sets",
+        )
+    return _view(row)
+
+
+def _view(row: PlaceSetRow) -> PlaceSet:
+    return PlaceSet(name=row.name, places=row.places, updated_at=row.updated_at)
