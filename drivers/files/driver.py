@@ -114,5 +114,6 @@ class WaveformFile(BlockDriver):
         self._at += 1
         start, end = first / whole.sample_rate_hz, (first + length) / whole.sample_rate_hz
         edges = whole.edges_s[(whole.edges_s >= start) & (whole.edges_s < end)] - start
-        block = Block(whole.channels, whole.samples[:, first : first + length], whole.sample_rate_hz, edges)
+        samples = whole.samples[:, first : first + length]
+        block = Block(whole.channels, samples, whole.sample_rate_hz, edges, whole.edge_step_s)
         return TimedBlock(self.layout.started_at.astimezone(UTC) + timedelta(seconds=start), block)

@@ -133,7 +133,8 @@ def whole_block(recording: Recording, layout: Layout) -> Block:
         rows.append(samples)
     edges = _edges(recording, layout)
     channels = tuple(channel for _, channel in layout.channels)
-    return Block(channels, np.stack(rows), rate, edges[(edges >= 0.0) & (edges <= count / rate)])
+    inside = edges[(edges >= 0.0) & (edges <= count / rate)]
+    return Block(channels, np.stack(rows), rate, inside, 1.0 / recording.rate_of(layout.key_phasor))
 
 
 def _edges(recording: Recording, layout: Layout) -> Floats:
@@ -147,7 +148,7 @@ def _edges(recording: Recording, layout: Layout) -> Floats:
     if layout.pulses_per_turn is not None and layout.pulses_per_turn > 1:
         level = np.nanmin(tacho) if layout.slope == "rising" else np.nanmax(tacho)
         begun = len(found(np.concatenate([[level], tacho]))) - len(edges)  # whether the file begins within a pulse
-        edges = one_a_turn(edges, layout.pulses_per_turn, before=begun)
+        edges = one_a_turn(edges, layout.pulses_per_turn, before=begun, step_s=1.0 / rate)
     starts = recording.starts_s
     return edges + starts.get(layout.key_phasor, 0.0) - starts.get(layout.channels[0][0], 0.0)
 

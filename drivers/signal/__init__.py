@@ -9,6 +9,7 @@
 | `orders` | 1x and harmonics by weighted least squares in the angle domain |
 | `scatter` | standard deviation of the 1x vector, from sub-blocks |
 | `neighbours` | a tone of another machine beside the 1x component |
+| `close_tones` | a tone too near 1x for the taper, fitted jointly and taken out |
 | `pulses` | several marks a turn, told from the vibration |
 | `integrity` | clipping and dropouts |
 | `broadband` | overall rms in a band |

@@ -50,19 +50,22 @@ class Channel:
 class Block:
     """Samples (channels, n) in each channel's raw unit, taken together at sample_rate_hz; NaN: the sample was lost.
 
-    edges_s (m,): times at which the mark passed the pick-up, s from the first sample, increasing.
+    edges_s (m,): times at which the mark passed the pick-up, s from the first sample, increasing. edge_step_s: sample
+    interval of the signal in which they were found; 0: they are exact.
     """
 
     channels: tuple[Channel, ...]
     samples: Floats
     sample_rate_hz: float
     edges_s: Floats
+    edge_step_s: float = 0.0
 
     def __post_init__(self) -> None:
         require_finite(self)
         require(bool(self.channels), "number of channels 0", "be one or more")
         require_distinct((channel.sensor for channel in self.channels), "sensor")
         require(self.sample_rate_hz > 0.0, f"sample_rate_hz {self.sample_rate_hz}", "be > 0")
+        require(self.edge_step_s >= 0.0, f"edge_step_s {self.edge_step_s}", "be >= 0")
         shape = self.samples.shape
         rule = f"be ({len(self.channels)}, n), one row for each channel"
         require(self.samples.ndim == 2 and shape[0] == len(self.channels), f"shape {shape} of samples", rule)

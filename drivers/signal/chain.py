@@ -21,11 +21,12 @@ from drivers.errors import SignalRefused
 from drivers.quantities import PER_PEAK, PER_UNIT
 from drivers.signal.block import Block, Channel, Floats, dot
 from drivers.signal.broadband import band_rms, usual_band
+from drivers.signal.close_tones import close_tone_of
 from drivers.signal.integrity import bridged, integrity_of
 from drivers.signal.neighbours import Neighbour, neighbour_of
 from drivers.signal.orders import Complexes, Course, basis_of, fit_orders, turned
 from drivers.signal.pulses import pulses_seen
-from drivers.signal.revolutions import Turns, turns_of
+from drivers.signal.revolutions import Turns, timing_error, turns_of
 from drivers.signal.scatter import scatter_of
 from drivers.signal.windows import COSINES, Window, half_width, taper
 
@@ -141,6 +142,9 @@ class _Grid:
     weights: Floats
     orders: int
     repaired: bool = field(default=False)
+    turned_together: float = 0.0
+    turned_each: float = 0.0
+    """Standard deviation of the angle, rad, by which all edges may be off together, and each besides."""
 
 
 def measure(block: Block, settings: Settings | None = None) -> tuple[Measured | Refusal, ...]:
@@ -162,7 +166,7 @@ def measure(block: Block, settings: Settings | None = None) -> tuple[Measured | 
 
 def _grid(block: Block, settings: Settings) -> _Grid:
     edges = block.edges_s[(block.edges_s >= 0.0) & (block.edges_s <= block.seconds)]
-    turns = turns_of(edges)
+    turns = turns_of(edges, step_s=block.edge_step_s)
     first = math.ceil(turns.times[0] * block.sample_rate_hz)
     last = min(math.ceil(turns.times[-1] * block.sample_rate_hz), block.samples.shape[1])
     angle, speed = turns.angle_and_speed(np.arange(first, last) / block.sample_rate_hz)
@@ -170,7 +174,19 @@ def _grid(block: Block, settings: Settings) -> _Grid:
     _check_speed(turns, settings)
     course = Course(angle, speed, turns.count)
     weights = taper(settings.window, course.place)
-    return _Grid(first, last, course, basis_of(course, orders), weights, orders, turns.missed + turns.extra > 0)
+    together, each = timing_error(turns, block.edge_step_s)
+    mean_speed = math.tau * turns.count / float(turns.times[-1] - turns.times[0])
+    return _Grid(
+        first=first,
+        last=last,
+        course=course,
+        basis=basis_of(course, orders),
+        weights=weights,
+        orders=orders,
+        repaired=turns.missed + turns.extra > 0,
+        turned_together=mean_speed * together,
+        turned_each=mean_speed * each,
+    )
 
 
 def _orders_within(speed: Floats, sample_rate_hz: float) -> int:
@@ -221,12 +237,22 @@ def _measure(channel: Channel, samples: Floats, rate: float, grid: _Grid, settin
     values = filled * grid.course.speed**power
     weights = np.where(state.lost, 0.0, grid.weights)
     fitted, coefficients = fit_orders(grid.basis, weights, values)
+    seen = np.where(state.lost, 0.0, 1.0)
+    close = close_tone_of(grid.course, grid.basis, values, seen, float(abs(fitted[0])))
+    if close is not None:
+        values = values - close.samples
+        fitted, coefficients = fit_orders(grid.basis, weights, values)
     vectors = turned(fitted, power) * PER_PEAK[channel.detection]
     speed_rpm = dot(weights, grid.course.speed) / float(weights.sum()) * 60.0 / math.tau
     rest = np.where(state.lost, 0.0, values - np.einsum("k,kn->n", coefficients, grid.basis))
     _check_pulses(grid.course, rest, float(abs(fitted[0])), speed_rpm, settings)
     tone, beside = _without_neighbour(values, rest, weights, grid, settings)
     deviation = scatter_of(grid.course, grid.basis, beside, weights)
+    if deviation is not None:
+        widened = deviation * (1.0 if close is None else close.widening)
+        deviation = math.hypot(widened, float(abs(fitted[0])) * _turned_off(grid) / math.sqrt(2.0))
+    if close is not None and (tone is None or close.amplitude > tone.amplitude):
+        tone = Neighbour(close.order, close.amplitude)
     neighbour = _stated(tone, power, PER_PEAK[channel.detection])
     band = settings.band_hz or usual_band(speed_rpm, rate)
     overall = band_rms(filled, rate, band, power)
@@ -239,9 +265,22 @@ def _measure(channel: Channel, samples: Floats, rate: float, grid: _Grid, settin
         overall_rms=overall,
         turns=grid.course.turns,
         neighbour=neighbour,
-        flags=_flags(state.clipped > 0, bool(state.lost.any()), neighbour, abs(vectors[0]), grid, settings)
+        flags=_flags(
+            state.clipped > 0,
+            bool(state.lost.any()),
+            neighbour,
+            abs(vectors[0]),
+            close is not None or (tone is not None and _resolved(tone, grid, settings)),
+            repaired=grid.repaired,
+        )
         + (("speed_off",) if settings.machine_rpm and not _near(speed_rpm, settings.machine_rpm) else ()),
     )
+
+
+def _turned_off(grid: _Grid) -> float:
+    """Standard deviation of the phase, rad, that the key-phasor's own error makes: all edges, and their mean."""
+    effective = grid.weights.sum() ** 2 / dot(grid.weights, grid.weights) / len(grid.weights) * grid.course.turns
+    return math.hypot(grid.turned_together, grid.turned_each / math.sqrt(max(float(effective), 1.0)))
 
 
 def _check_pulses(course: Course, rest: Floats, one_x: float, speed_rpm: float, settings: Settings) -> None:
@@ -315,15 +354,15 @@ def _resolved(neighbour: Neighbour, grid: _Grid, settings: Settings) -> bool:
 
 
 def _flags(
-    clipped: bool, lost: bool, neighbour: Neighbour | None, one_x: float, grid: _Grid, settings: Settings
+    clipped: bool, lost: bool, neighbour: Neighbour | None, one_x: float, kept_out: bool, *, repaired: bool
 ) -> tuple[Flag, ...]:
     flags: list[Flag] = []
     if clipped:
         flags.append("clipped")
     if lost:
         flags.append("dropout")
-    if grid.repaired:
+    if repaired:
         flags.append("edges_repaired")
     if neighbour is not None and neighbour.amplitude >= LOUD * one_x:
-        flags.append("neighbour_tone" if _resolved(neighbour, grid, settings) else "beating")
+        flags.append("neighbour_tone" if kept_out else "beating")
     return tuple(flags)

@@ -39,8 +39,7 @@ def integrity_of(samples: Floats, full_scale: float | None = None) -> Integrity:
     if seen.size == 0 or seen.min() == seen.max():
         return Integrity(0, np.ones_like(lost))
     starts, lengths, values, jumps = _level_stretches(samples)
-    steps = np.abs(np.diff(seen))
-    sudden = jumps > STEP * float(steps[steps > 0.0].min())
+    sudden = jumps > STEP * _step(seen)
     extreme = (values == seen.min()) | (values == seen.max())
     flat = extreme & sudden & (lengths >= FLAT_TOP)
     frozen = ~extreme & sudden & (lengths >= FROZEN)
@@ -52,6 +51,17 @@ def integrity_of(samples: Floats, full_scale: float | None = None) -> Integrity:
     return Integrity(clipped, lost)
 
 
+def _step(seen: Floats) -> float:
+    """The converter's step: the least distance of two values of the block, whenever they came.
+
+    Differences of neighbours alone would be greater where the sampling keeps to the turn and shows few places of it.
+    """
+    levels = np.unique(seen)
+    gaps = np.diff(levels)
+    # Values that went through arithmetic differ by rounding where they were equal.
+    return float(gaps[gaps > 1e-12 * max(abs(levels[0]), abs(levels[-1]))].min(initial=np.inf))
+
+
 def bridged(samples: Floats, lost: NDArray[np.bool_]) -> Floats:
     """Samples (n,) with straight lines over the lost ones; not all may be lost."""
     if not lost.any():
@@ -61,13 +71,18 @@ def bridged(samples: Floats, lost: NDArray[np.bool_]) -> Floats:
 
 
 def _level_stretches(samples: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp], Floats, Floats]:
-    """Start, length and value of each stretch of at least 3 equal samples, and its greater jump at an end."""
+    """Start, length and value of each stretch of at least 3 equal samples, and its greater jump at an end.
+
+    The jump is that over half the stretch's length: a smooth top, level over some samples for the converter's step,
+    has fallen by a few steps there, one that was cut off by far more.
+    """
     change = np.flatnonzero(samples[1:] != samples[:-1]) + 1  # NaN differs from everything
     starts = np.concatenate([[0], change])
     lengths = np.diff(np.append(starts, len(samples)))
     long = lengths >= FLAT_TOP
     starts, lengths = starts[long], lengths[long]
-    before = samples[np.maximum(starts - 1, 0)]
-    after = samples[np.minimum(starts + lengths, len(samples) - 1)]
+    reach = np.maximum(lengths // 2, 1)
+    before = samples[np.maximum(starts - reach, 0)]
+    after = samples[np.minimum(starts + lengths - 1 + reach, len(samples) - 1)]
     values = samples[starts]
     return starts, lengths, values, np.fmax(np.abs(before - values), np.abs(after - values))

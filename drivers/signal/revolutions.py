@@ -25,6 +25,11 @@ MOST_EDGES = 20_000
 """Edges in a block: more than three minutes at 6000 r/min, or a key-phasor that sees noise."""
 OUT_OF_STEP = 0.12
 """Share of a turn by which an edge may differ from where the last period puts it, before it counts as extra."""
+STEP_SLIP, PLACE_SLIP = 1.6, 1.1
+"""As OUT_OF_STEP and OUT_OF_PLACE, in sample intervals of a sampled key-phasor: an edge is off by up to half of one."""
+LARGEST_SLIP = 0.4
+ROUNDED = 0.6
+"""Sample intervals by which an edge may be off a smooth course for rounding alone to explain it."""
 OUT_OF_PLACE = 0.02
 """Share of a turn by which an edge may always differ from the line between its neighbours."""
 
@@ -61,9 +66,10 @@ class Turns:
         return angle, speed
 
 
-def turns_of(edges_s: Floats, *, most: int | None = MOST_EDGES) -> Turns:
+def turns_of(edges_s: Floats, *, most: int | None = MOST_EDGES, step_s: float = 0.0) -> Turns:
     """Count the turns of edges (m,), s, one to a turn.
 
+    step_s: sample interval of the signal in which they were found, by half of which each may be off; 0: they are exact.
     An edge that is missing is counted over, one that comes between two turns or out of place is left out.
     Raises `InvalidSetting` for times that are not finite or do not increase, and `SignalRefused` (`too_short`: fewer
     than 4 turns; `tacho`: more than `most` edges, or more than a tenth of them or more than 3 in a row to be
@@ -85,36 +91,65 @@ def turns_of(edges_s: Floats, *, most: int | None = MOST_EDGES) -> Turns:
             "hysteresis if it sees noise",
             code="tacho",
         )
+    off = step_s / float(np.median(gaps))
     walks = [
-        _walk(edges_s, start, float(np.median(gaps[start : start + few])))
+        _walk(edges_s, start, float(np.median(gaps[start : start + few])), off)
         for start in range(min(3, len(gaps)))
         for few in (7, len(gaps))
     ]
-    index, numbers = _without_strays(edges_s, *min(walks, key=lambda walk: _repairs(edges_s, walk)))
+    index, numbers = _without_strays(edges_s, *min(walks, key=lambda walk: _repairs(edges_s, walk)), off)
     missing = np.diff(numbers) - 1.0
     turns = Turns(edges_s[index], numbers - numbers[0], int(missing.sum()), len(edges_s) - len(index))
     _judge(turns, int(missing.max(initial=0)))
     return turns
 
 
-def one_a_turn(edges_s: Floats, pulses: int, *, before: int = 0) -> Floats:
+def timing_error(turns: Turns, step_s: float) -> tuple[float, float]:
+    """Standard deviation of the time that all edges may be off together, and of each of them besides, s.
+
+    Each edge in a signal that was sampled every step_s lies within half of that of where it was found. Along a smooth
+    course the edges fall on all places between two samples, unless the sampling keeps to the turn: the widest part of
+    the interval on which none falls is left open for all of them. What they scatter beyond the rounding is their own.
+    """
+    t, y = turns.times, turns.numbers
+    if len(t) < 5:
+        return step_s / math.sqrt(12.0), 0.0
+    share = (t[1:-1] - t[:-2]) / np.maximum(t[2:] - t[:-2], 1e-300)
+    line = y[:-2] + share * (y[2:] - y[:-2])
+    period = float((t[-1] - t[0]) / (y[-1] - y[0]))
+    variance = float(np.mean((line - y[1:-1]) ** 2)) / 1.5 * period**2
+    each = math.sqrt(max(variance - step_s**2 / 12.0, 0.0))
+    if step_s == 0.0:
+        return 0.0, each
+    middle = 2.0 * (y - y[0]) / (y[-1] - y[0]) - 1.0
+    for degree in range(1, min(3, len(t) - 4) + 1):  # the simplest course that rounding explains
+        course = np.polynomial.chebyshev.chebvander(middle, degree)
+        smooth = course @ np.linalg.lstsq(course, t, rcond=None)[0]
+        if np.abs(t - smooth).max() <= ROUNDED * step_s:
+            break
+    places = np.sort(smooth / step_s % 1.0)
+    widest = float(np.max(np.diff(np.append(places, places[0] + 1.0))))
+    return widest * step_s / math.sqrt(12.0), each
+
+
+def one_a_turn(edges_s: Floats, pulses: int, *, before: int = 0, step_s: float = 0.0) -> Floats:
     """Every `pulses`-th edge of edges (m,), s, counted over those that were missed.
 
     before: pulses that came before the first edge. The phase counts from the first pulse of all: which of several equal
     marks that was, nothing tells.
     Raises as `turns_of`.
     """
-    turns = turns_of(edges_s, most=None)
+    turns = turns_of(edges_s, most=None, step_s=step_s)
     return np.asarray(turns.times[(turns.numbers + before) % pulses == 0.0], float)
 
 
-def _walk(edges: Floats, start: int, period: float) -> tuple[list[int], list[int]]:
-    """Indices of the edges that come in step from `start` on, and their turn numbers."""
+def _walk(edges: Floats, start: int, period: float, off: float) -> tuple[list[int], list[int]]:
+    """Indices of the edges that come in step from `start` on, and their turn numbers; off: sample interval in turns."""
     kept, numbers = [start], [0]
     for index in range(start + 1, len(edges)):
         steps = (edges[index] - edges[kept[-1]]) / period
         whole = round(steps)
-        if whole >= 1 and abs(steps - whole) <= OUT_OF_STEP:
+        if whole >= 1 and abs(steps - whole) <= min(max(OUT_OF_STEP, STEP_SLIP * off), LARGEST_SLIP):
             period = 0.5 * (period + (edges[index] - edges[kept[-1]]) / whole)
             kept.append(index)
             numbers.append(numbers[-1] + whole)
@@ -127,7 +162,9 @@ def _repairs(edges: Floats, walk: tuple[list[int], list[int]]) -> int:
     return (numbers[-1] + 1 - len(kept)) + (len(edges) - len(kept)) + LONGEST_GAP * kept[0]
 
 
-def _without_strays(edges: Floats, kept: list[int], numbers: list[int]) -> tuple[NDArray[np.intp], Floats]:
+def _without_strays(
+    edges: Floats, kept: list[int], numbers: list[int], off_by: float
+) -> tuple[NDArray[np.intp], Floats]:
     """Leave out, worst first, the edges that stand off the line between their neighbours much more than the rest."""
     index, number = np.array(kept, np.intp), np.array(numbers, float)
     for _ in range(int(MOST_REPAIRED * len(kept)) + 1):
@@ -137,7 +174,7 @@ def _without_strays(edges: Floats, kept: list[int], numbers: list[int]) -> tuple
         share = np.diff(t)[:-1] / (t[2:] - t[:-2])
         off = np.abs(number[1:-1] - (number[:-2] + share * (number[2:] - number[:-2])))
         worst = int(np.argmax(off))
-        if off[worst] <= max(OUT_OF_PLACE, 8.0 * float(np.median(off))):
+        if off[worst] <= max(OUT_OF_PLACE, PLACE_SLIP * off_by, 8.0 * float(np.median(off))):
             break
         index, number = np.delete(index, worst + 1), np.delete(number, worst + 1)
     return index, number

@@ -143,7 +143,8 @@ def _block(raw: RawBlock, machine: Machine) -> Block:
         )
     channels = tuple(_channel(one, index, machine) for index, one in enumerate(raw.channels))
     samples = np.stack([_array(one.samples) for one in raw.channels])
-    return Block(channels, samples, raw.sample_rate_hz, _edges(raw))
+    step_s = 0.0 if raw.tachometer is None else 1.0 / raw.sample_rate_hz
+    return Block(channels, samples, raw.sample_rate_hz, _edges(raw), step_s)
 
 
 def _channel(posted: BlockChannel, index: int, machine: Machine) -> Channel:
