@@ -106,7 +106,9 @@ def _stored(work: Work, count: int) -> list[tuple[str, str]]:
     machine = machines.create(work, _machine("Bench drum")).id
     items = tuple(CatalogueItem(mass_g=mass, count=10) for mass in STOCK_G)
     box = catalogues.create(work, Catalogue(name="Bench box", items=items)).id
-    with SimulatedDrum(spec, seed=SEED, clock=ManualClock(datetime.now(UTC)), source="bench") as drum:
+    with SimulatedDrum(
+        spec, seed=SEED, clock=ManualClock(datetime.now(UTC) - timedelta(hours=1)), source="bench"
+    ) as drum:
         session = _balanced(work, drum, machine, box)
     _copied(work, session, count - 1)
     listed = [

@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +55,8 @@ def run_demo(*, seed: int, speed_rpm: float, as_json: bool, serve: bool, databas
 
 def _balance(client: Client, seed: int, speed_rpm: float, console: Console) -> dict[str, Any]:
     spec = replace(threshing_drum_example(seed), speed_rpm=speed_rpm)
-    clock = ManualClock(datetime.now(UTC))
+    # Its clock runs ahead of ours: begun an hour ago, no reading is dated ahead of its receipt.
+    clock = ManualClock(datetime.now(UTC) - timedelta(hours=1))
     # Names carry the moment, so that a demo may run again on the same database.
     stamp = f"{clock.now():%Y-%m-%d %H:%M:%S.%f}"
     session_id = _prepare(client, spec, stamp)
