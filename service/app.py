@@ -13,6 +13,7 @@ from service.api import openapi, problems
 from service.api.auth import Guard
 from service.api.headers import SecurityHeaders
 from service.api.limits import BodyLimit
+from service.api.request_rules import RequestRules
 from service.api.routers import arrangements, blocks, health, history, live, machines, readings, sessions
 from service.api.telemetry import Observed
 from service.runtime.context import Work
@@ -48,6 +49,7 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
     app.state.attempts = Attempts(time.monotonic)
     app.add_middleware(BodyLimit, most=settings.max_body_bytes)
     app.add_middleware(Guard, loopback=settings.loopback)
+    app.add_middleware(RequestRules)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(Observed)
     problems.install(app)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ipaddress
 import re
+import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -35,6 +36,8 @@ COOKIE = "drumtrue_login"
 API_PATHS = ("/api/", "/health", "/metrics", "/openapi.json")
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 FORWARDED = ("forwarded", "x-forwarded-for", "x-forwarded-host")
+LOOK_AGAIN_S = 1.0
+"""A token that is revoked ends its streams within this time; to ask before each event costs more than the events."""
 OPEN_S = 1.0
 """The first token that is created counts after this time at the latest."""
 TO_CREATE = (
@@ -157,7 +160,7 @@ class Guard:
 
 
 class _Watched:
-    """An answer that goes on as events: before each of them is sent, whoever asked is looked at again.
+    """An answer that goes on as events: before one of them is sent, who asked is looked at again, once a second.
 
     Once refused, the stream ends and the application is told that its client is gone.
     """
@@ -165,6 +168,7 @@ class _Watched:
     def __init__(self, identify: Callable[[], object], receive: Receive, send: Send) -> None:
         self._identify, self._receive, self._send = identify, receive, send
         self._events = self._over = False
+        self._looked_at = -LOOK_AGAIN_S
 
     async def receive(self) -> Message:
         """What the client sends."""
@@ -176,7 +180,8 @@ class _Watched:
             return
         if message["type"] == "http.response.start":
             self._events = Headers(raw=message["headers"]).get("content-type", "").startswith("text/event-stream")
-        elif self._events and message.get("more_body"):
+        elif self._events and message.get("more_body") and time.monotonic() - self._looked_at >= LOOK_AGAIN_S:
+            self._looked_at = time.monotonic()
             try:
                 await run_in_threadpool(self._identify)
             except DrumtrueError:

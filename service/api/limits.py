@@ -1,13 +1,22 @@
-"""Refuse request bodies above the service's limit, whatever their headers say."""
+"""Refuse request bodies above the service's limit, and those that do not end in time."""
 
 from __future__ import annotations
 
+import asyncio
+
+from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.problems import problem
 
 PATIENCE = 16
 """A body up to so many times too long is read to its end and dropped: the client then sees the answer, not a reset."""
+
+BODY_S = 60.0
+"""How long a body may take."""
+OF_ANYBODY = {"/login": 16_384, "/logout": 16_384, "/preferences": 16_384}
+"""Bytes of a body that is read of somebody who is not known: two fields of a form."""
+OF_ANYBODY_S = 10.0
 
 _ADVICE = {
     "readings": "send readings in smaller batches",
@@ -16,7 +25,10 @@ _ADVICE = {
 
 
 class BodyLimit:
-    """Middleware that answers 413 to a body longer than `most` bytes and never holds more than that."""
+    """Middleware that answers 413 to a body longer than `most` bytes, 408 to one that does not come to its end.
+
+    It never holds more than that; of those who need no token it holds less, for a shorter time.
+    """
 
     def __init__(self, app: ASGIApp, most: int) -> None:
         self.app = app
@@ -27,23 +39,19 @@ class BodyLimit:
         if scope["type"] != "http":
             await self.app(scope, receive, send)
             return
-        chunks: list[bytes] = []
-        size, more = 0, True
-        while more and size <= PATIENCE * self.most:
-            message = await receive()
-            if message["type"] != "http.request":
-                return
-            chunk = message.get("body", b"")
-            size += len(chunk)
-            if size <= self.most:
-                chunks.append(chunk)
-            else:
-                chunks.clear()
-            more = message.get("more_body", False)
-        if size > self.most:
-            await self._refuse(scope, receive, send)
+        most = min(self.most, OF_ANYBODY.get(scope["path"], self.most))
+        patience_s = OF_ANYBODY_S if scope["path"] in OF_ANYBODY else BODY_S
+        try:
+            async with asyncio.timeout(patience_s):
+                body, size = await _read(receive, most)
+        except TimeoutError:
+            await _late(patience_s)(scope, receive, send)
             return
-        body = b"".join(chunks)
+        if body is None:
+            return
+        if size > most:
+            await self._refuse(scope, receive, send, most)
+            return
         given = False
 
         async def replay() -> Message:
@@ -55,13 +63,42 @@ class BodyLimit:
 
         await self.app(scope, replay, send)
 
-    async def _refuse(self, scope: Scope, receive: Receive, send: Send) -> None:
+    async def _refuse(self, scope: Scope, receive: Receive, send: Send, most: int) -> None:
         response = problem(
             413,
             "too_large",
-            f"the body is longer than {self.most} bytes",
-            value=self.most,
+            f"the body is longer than {most} bytes",
+            value=most,
             advice=_ADVICE.get(scope["path"].rpartition("/")[2], "leave out what is not needed, or send it in parts"),
             headers={"connection": "close"},
         )
         await response(scope, receive, send)
+
+
+async def _read(receive: Receive, most: int) -> tuple[bytes | None, int]:
+    """The body and its length, dropped where it is longer than `most`; None where the client is gone."""
+    chunks: list[bytes] = []
+    size, more = 0, True
+    while more and size <= PATIENCE * most:
+        message = await receive()
+        if message["type"] != "http.request":
+            return None, size
+        chunk = message.get("body", b"")
+        size += len(chunk)
+        if size <= most:
+            chunks.append(chunk)
+        else:
+            chunks.clear()
+        more = message.get("more_body", False)
+    return b"".join(chunks), size
+
+
+def _late(patience_s: float) -> JSONResponse:
+    return problem(
+        408,
+        "request_timeout",
+        f"the body did not come to its end within {patience_s:g} s",
+        value=patience_s,
+        advice="send the request again, over a better link or in smaller parts",
+        headers={"connection": "close"},
+    )

@@ -36,6 +36,8 @@ def main() -> None:
     """Run the command line; a deliberate error is told in words and ends with status 1."""
     from drivers.errors import DriverError
 
+    # Databases, spools and backups hold a customer's records and the digests of tokens.
+    os.umask(os.umask(0o077) | 0o077)
     try:
         app()
     except DrumtrueError as error:

@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 import httpx2
+import pytest
 from playwright.sync_api import Browser
 from playwright.sync_api import TimeoutError as TooLong
 
@@ -256,6 +257,31 @@ def test_live_values_are_shown_as_old_and_too_fast_is_loud(tablet: Tablet, bench
         assert -120.0 < float(turned.removeprefix("rotate(").split()[0]) < 120.0
     tablet.page.get_by_text("Old value: the source is silent").wait_for()
     assert tablet.page.locator(TAKE).count() == 0
+
+
+@pytest.mark.parametrize("status", [401, 502, 503])
+def test_live_values_come_back_by_themselves_after_an_answer_that_ends_the_stream(
+    tablet: Tablet, bench: Bench, status: int
+) -> None:
+    """A browser gives a stream up for good after such an answer: a proxy gives it while the service starts again."""
+    asked: list[str] = []
+
+    def away(route: Any) -> None:
+        asked.append(route.request.url)
+        if len(asked) <= 3:
+            route.fulfill(status=status, body="not now")
+        else:
+            route.continue_()
+
+    tablet.page.route("**/stream", away)
+    session = bench.session(bench.machine(f"Away {status}"), bench.box(f"Box of {status}"))
+    tablet.open(f"/sessions/{session}")
+    tablet.page.get_by_text("No value yet: the source is silent").wait_for(timeout=15_000)
+    assert len(asked) == 4
+    tablet.page.unroute("**/stream")
+    told = [error for error in tablet.errors if "Failed to load resource" in error]
+    assert len(told) == 3
+    tablet.errors[:] = [error for error in tablet.errors if error not in told]
 
 
 def test_every_page_is_large_and_readable_lying_and_dark(browser: Browser, bench: Bench) -> None:

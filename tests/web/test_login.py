@@ -84,10 +84,11 @@ def test_a_wrong_token_is_told_and_not_shown_again_and_too_many_wait(shop: Works
         assert page.status_code == 401
         assert wrong not in page.text
     assert "This token is not good" in page.text
-    page = log_in(browser, text)
+    page = log_in(browser, wrong)
     assert page.status_code == 429
     assert page.headers["retry-after"] == "60"
     assert shop.count("login") == 0
+    assert log_in(browser, text).status_code == 303
 
 
 def test_a_page_that_a_scope_does_not_open_says_so(shop: Workshop, browser: TestClient) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator
+from contextlib import aclosing
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -15,6 +16,7 @@ from service.errors import Unavailable
 from service.model.base import write_json
 from service.runtime.change_feed import news
 from service.runtime.context import Work
+from service.runtime.shared_feed import feeds_of
 from service.usecases.sessions import live
 from service.usecases.sessions.live import Live
 
@@ -22,6 +24,8 @@ router = APIRouter(route_class=StrictRoute)
 
 BEAT_S = 10.0
 """A comment so often keeps a quiet stream from being cut on its way."""
+WAKE_S = 1.0
+"""So often a stream looks whether its client is still there."""
 MOST_STREAMS = 64
 LONGEST_S = 3600.0
 """A stream ends after so long: the browser asks again by itself, from where it was."""
@@ -68,7 +72,6 @@ async def follow(
 ) -> StreamingResponse:
     """The same as server-sent events, as it changes. Units as in `get_now`: the sensor's unit, degrees, r/min."""
     topics = await run_in_threadpool(live.topics, work, session_id)
-    first = await run_in_threadpool(live.look, work, session_id)
     state = request.app.state
     if getattr(state, "streams", 0) >= MOST_STREAMS:
         raise Unavailable(
@@ -76,35 +79,42 @@ async def follow(
             code="too_many_streams",
             advice="close a page that shows the session, or ask GET /sessions/{id}/now from time to time",
         )
-    stream = _stream(request, work, topics, first, events)
+    stream = _stream(request, work, topics, events)
     return StreamingResponse(
         stream, media_type="text/event-stream", headers={"cache-control": "no-store", "x-accel-buffering": "no"}
     )
 
 
-async def _stream(
-    request: Request, work: Work, topics: tuple[str, str], first: Live, events: int
-) -> AsyncIterator[str]:
-    """Look again and again; end with the client, the server, the session's deletion, or the time."""
+async def _looks(work: Work, topics: tuple[str, str]) -> AsyncGenerator[tuple[Live, str]]:
+    """The session as it is seen, and as JSON: at first, and whenever something was stored of it, without end."""
+    async with aclosing(news(work, topics)) as waiting:
+        while True:
+            found = await run_in_threadpool(live.look, work, topics[0])
+            yield found, write_json(found)
+            await anext(waiting)
+
+
+async def _stream(request: Request, work: Work, topics: tuple[str, str], events: int) -> AsyncIterator[str]:
+    """Each look that differs from the one before; end with the client, the server, the session, or the time."""
     state = request.app.state
     state.streams = getattr(state, "streams", 0) + 1
     begun = spoke = work.monotonic()
-    sent, shown, found = 0, None, first
-    waiting = news(work, topics)
+    sent, version, shown = 0, 0, None
     try:
-        while work.monotonic() - begun < LONGEST_S:
-            if found != shown:
-                yield f"event: live\ndata: {write_json(found)}\n\n"
-                shown, spoke, sent = found, work.monotonic(), sent + 1
-                if events and sent >= events:
+        async with feeds_of(state).following(("live", topics), lambda: _looks(work, topics)) as feed:
+            while work.monotonic() - begun < LONGEST_S:
+                if (now := await feed.next(version, WAKE_S)) != version:
+                    version = now
+                    found, text = feed.value
+                    if found != shown:
+                        yield f"event: live\ndata: {text}\n\n"
+                        shown, spoke, sent = found, work.monotonic(), sent + 1
+                        if events and sent >= events:
+                            return
+                if work.monotonic() - spoke >= BEAT_S:
+                    yield ": still there\n\n"
+                    spoke = work.monotonic()
+                if state.ending() or await request.is_disconnected():
                     return
-            elif work.monotonic() - spoke >= BEAT_S:
-                yield ": still there\n\n"
-                spoke = work.monotonic()
-            await anext(waiting)
-            if state.ending() or await request.is_disconnected():
-                return
-            found = await run_in_threadpool(live.look, work, topics[0])
     finally:
         state.streams -= 1
-        await waiting.aclose()

@@ -6,9 +6,10 @@ import errno
 import gc
 import signal
 import socket
+import sys
 import threading
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,7 @@ from service.usecases.access import tokens
 if TYPE_CHECKING:
     from service.cli.commands.can_listener import Ear
 
+MAX_DESCRIPTORS = 65_536
 GRACE_S = 3
 """How long a stop waits for requests under way."""
 YOUNG_OBJECTS = 10_000
@@ -48,6 +50,7 @@ def serve_until_stopped(
     """
     # uvicorn hands the signal on once it has stopped; by default that would end the process before its blocks end.
     signal.signal(signal.SIGTERM, _end)
+    _raise_descriptors()
     with _listening(host, port) as listener, _working(settings) as work:
         address = listener.getsockname()
         settings = replace(settings, loopback=is_loopback(address[0]))
@@ -57,6 +60,16 @@ def serve_until_stopped(
         _look_for_garbage_seldom()
         with _heard(work, ear), rolling_up(work, settings.retain_days):
             server.run(sockets=[listener])
+
+
+def _raise_descriptors() -> None:
+    """As many open connections as the system allows: by default it is 1,024, and anybody may open as many."""
+    if sys.platform != "win32":
+        import resource
+
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        with suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, MAX_DESCRIPTORS)), hard))
 
 
 def _look_for_garbage_seldom() -> None:
@@ -168,5 +181,5 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
             listener.bind((host, port))
         except (OSError, UnicodeError) as error:
             raise _cannot_listen(host, port, error) from error
-        listener.listen(128)
+        listener.listen(1024)
         yield listener

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator
+from math import inf
 from typing import Any
 
 from fastapi import APIRouter, Request
@@ -13,7 +14,11 @@ from starlette.concurrency import run_in_threadpool
 
 from service.engine.validation import highest_speed
 from service.errors import Unavailable
+from service.runtime.context import Work
+from service.runtime.shared_feed import feeds_of
 from service.usecases.sessions import live
+from service.usecases.sessions.live import Live
+from service.web.preferences import Preferences
 from service.web.rendering import LongPageDep, Page
 from service.web.routers.session_steps import Key
 from service.web.session import pictures
@@ -24,6 +29,8 @@ router = APIRouter(prefix="/sessions/{session_id}")
 
 INTERVAL_S = 0.5
 LONGEST_S = 3600.0
+WAKE_S = 1.0
+"""So often a stream looks whether its client is still there."""
 MOST_STREAMS = 64
 FRESH_S = 4.0
 """A reading measured longer ago, by the service's clock, is stale: a source delivers each second or faster."""
@@ -52,30 +59,58 @@ async def follow_page(request: Request, page: LongPageDep, session_id: Key) -> S
 async def _events(request: Request, page: Page, session_id: str) -> AsyncIterator[str]:
     state = request.app.state
     state.page_streams = getattr(state, "page_streams", 0) + 1
+    begun, version = page.work.monotonic(), 0
     try:
-        for _ in range(int(LONGEST_S / INTERVAL_S)):
-            found = await run_in_threadpool(_now, page, session_id)
-            yield f"event: now\ndata: {json.dumps(found)}\n\n"
-            await asyncio.sleep(INTERVAL_S)
-            if state.ending() or await request.is_disconnected():
-                return
+        async with feeds_of(state).following(("page", session_id), lambda: _looks(page.work, session_id)) as feed:
+            while page.work.monotonic() - begun < LONGEST_S:
+                if (now := await feed.next(version, WAKE_S)) != version:
+                    version = now
+                    yield await run_in_threadpool(feed.value.event, page)
+                if state.ending() or await request.is_disconnected():
+                    return
     finally:
         state.page_streams -= 1
 
 
-def _now(page: Page, session_id: str) -> dict[str, Any]:
-    guide = look(page.work, session_id)
-    now = live.look(page.work, session_id, guide.turning_since)
-    fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=None)
-    return {
-        "stamp": guide.stamp,
-        "stale": now.measured_at is None or (page.work.now() - now.measured_at).total_seconds() > FRESH_S,
-        "steady": now.ready,
-        "clocks": [page.words(clock.message) for clock in now.clocks if clock.message and clock.code != UNKNOWN],
-        "speed": page.display.measured_speed(fastest),
-        "too_fast": fastest is not None and fastest > highest_speed(guide.session.machine),
-        "sensors": [_sensor(page, guide, one) for one in now.sensors],
-    }
+async def _looks(work: Work, session_id: str) -> AsyncGenerator[_Look]:
+    """The session and its live values, each half second, without end."""
+    while True:
+        yield await run_in_threadpool(_look, work, session_id)
+        await asyncio.sleep(INTERVAL_S)
+
+
+def _look(work: Work, session_id: str) -> _Look:
+    guide = look(work, session_id)
+    now = live.look(work, session_id, guide.turning_since)
+    age = inf if now.measured_at is None else (work.now() - now.measured_at).total_seconds()
+    return _Look(guide, now, age)
+
+
+class _Look:
+    """What all pages of a session show at one moment; said once for all readers of one language and units."""
+
+    def __init__(self, guide: Guide, now: Live, age_s: float) -> None:
+        self._guide, self._now, self._age_s = guide, now, age_s
+        self._events: dict[Preferences, str] = {}
+
+    def event(self, page: Page) -> str:
+        """The event as it is sent."""
+        if page.preferences not in self._events:
+            self._events[page.preferences] = f"event: now\ndata: {json.dumps(self._said(page))}\n\n"
+        return self._events[page.preferences]
+
+    def _said(self, page: Page) -> dict[str, Any]:
+        guide, now = self._guide, self._now
+        fastest = max((s.speed_rpm for s in now.sensors if s.speed_rpm is not None), default=None)
+        return {
+            "stamp": guide.stamp,
+            "stale": self._age_s > FRESH_S,
+            "steady": now.ready,
+            "clocks": [page.words(clock.message) for clock in now.clocks if clock.message and clock.code != UNKNOWN],
+            "speed": page.display.measured_speed(fastest),
+            "too_fast": fastest is not None and fastest > highest_speed(guide.session.machine),
+            "sensors": [_sensor(page, guide, one) for one in now.sensors],
+        }
 
 
 def _sensor(page: Page, guide: Guide, now: live.SensorNow) -> dict[str, Any]:

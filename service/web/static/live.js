@@ -1,19 +1,41 @@
 // Follows a session: live values on the dials, and whether another tablet has gone on.
 
 const SILENT_MS = 3000; // the server sends each half second, changed or not
+const LOST_MS = 10000; // so long without a word a connection is given up: a tablet that slept, a proxy that hung
+const AGAIN_MS = 1000; // how soon another is tried at first; each further one later
+const LATEST_MS = 3000;
 
 export function follow(session) {
-  const stream = new EventSource(`/sessions/${session}/stream`);
-  let heard = Date.now();
-  stream.addEventListener("now", (event) => {
-    heard = Date.now();
-    const now = JSON.parse(event.data);
-    const changed = document.querySelector(".changed");
-    if (changed && now.stamp !== document.body.dataset.stamp) goOn(session, changed);
-    if (livePanel()) show(livePanel(), now);
-  });
-  setInterval(() => Date.now() - heard > SILENT_MS && livePanel() && stale(livePanel(), livePanel().dataset.lostText), 500);
-  addEventListener("pagehide", () => stream.close());
+  let stream, heard = Date.now(), tried = Date.now(), pause = AGAIN_MS, timer;
+  const connect = () => {
+    clearTimeout(timer);
+    timer = undefined;
+    stream?.close();
+    tried = Date.now();
+    stream = new EventSource(`/sessions/${session}/stream`);
+    stream.addEventListener("now", (event) => {
+      heard = Date.now();
+      pause = AGAIN_MS;
+      const now = JSON.parse(event.data);
+      const changed = document.querySelector(".changed");
+      if (changed && now.stamp !== document.body.dataset.stamp) goOn(session, changed);
+      if (livePanel()) show(livePanel(), now);
+    });
+    // A browser tries again after a lost connection, and never again after an answer such as 502, 503 or 401.
+    stream.addEventListener("error", () => stream.readyState === EventSource.CLOSED && later());
+  };
+  const later = () => {
+    timer ??= setTimeout(connect, pause * (0.5 + 0.5 * Math.random()));
+    pause = Math.min(2 * pause, LATEST_MS);
+  };
+  connect();
+  setInterval(() => {
+    if (Date.now() - heard > SILENT_MS && livePanel()) stale(livePanel(), livePanel().dataset.lostText);
+    if (Date.now() - Math.max(heard, tried) > LOST_MS) connect();
+  }, 500);
+  document.addEventListener("visibilitychange", () => !document.hidden && Date.now() - heard > SILENT_MS && connect());
+  addEventListener("online", connect);
+  addEventListener("pagehide", () => { clearTimeout(timer); stream.close(); });
   // What this tablet asked for leads on by itself: the news of it must not get in between.
   addEventListener("submit", () => { document.body.dataset.sending = "yes"; });
   addEventListener("pageshow", (event) => { if (event.persisted) location.reload(); });
