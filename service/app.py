@@ -14,7 +14,7 @@ from service.api.auth import Guard
 from service.api.headers import SecurityHeaders
 from service.api.limits import BodyLimit
 from service.api.request_rules import RequestRules
-from service.api.routers import arrangements, blocks, health, history, live, machines, readings, sessions
+from service.api.routers import arrangements, blocks, designs, health, history, live, machines, readings, sessions
 from service.api.telemetry import Observed
 from service.runtime.context import Work
 from service.settings import Settings
@@ -54,7 +54,7 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
     app.add_middleware(Observed)
     problems.install(app)
     # First what is asked most often.
-    for room in (readings, machines, sessions, arrangements, history, live, blocks, health):
+    for room in (readings, machines, sessions, arrangements, history, live, blocks, designs, health):
         app.include_router(room.router, prefix=PREFIX)
     app.include_router(health.router, include_in_schema=False)
     for prefix in ("", PREFIX):

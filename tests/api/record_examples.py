@@ -114,6 +114,7 @@ Walker = TypeVar("Walker", bound=Recorder)
 def walk(recorder: Walker) -> Walker:
     """The job, every operation asked for through the recorder."""
     machine, box = prepare(recorder)
+    study_designs(recorder)
     session = open_and_learn(recorder, machine, box)
     balance(recorder, session)
     look_back(recorder, machine, session)
@@ -124,6 +125,18 @@ def walk(recorder: Walker) -> Walker:
     recorder.ask("GET", "/history?limit=3")
     recorder.ask("GET", "/health")
     return recorder
+
+
+def study_designs(recorder: Recorder) -> None:
+    """A gear pair as published, checked, evaluated and chosen anew; a flywheel's energy against its mass."""
+    recorder.ask("GET", "/designs")
+    gear = {**recorder.ask("GET", "/designs/gear_pair")["document"], "published": []}
+    recorder.ask("GET", "/designs/gear_pair/verdict")
+    recorder.ask("POST", "/design-checks", {"document": {**gear, "gear": {**gear["gear"], "ratio": 0.5}}})
+    recorder.ask("POST", "/design-evaluations", {"document": gear})
+    recorder.ask("POST", "/design-optima", {"document": gear})
+    wheel = {**recorder.shop.ask("GET", "/designs/flywheel_thresher")["document"], "published": [], "limits": {}}
+    recorder.ask("POST", "/design-fronts", {"document": wheel, "points": 3})
 
 
 def prepare(recorder: Recorder) -> tuple[str, str]:

@@ -28,7 +28,16 @@ from tests.api.test_openapi import operations
 from tests.support.http.workshop import Workshop, application, box_body, machine_body, problem_of, workshop
 from tests.support.storage.engines import Engine
 
-CHANGES_NOTHING = frozenset({"ask_what_if", "ask_arrangement_what_if"})
+CHANGES_NOTHING = frozenset(
+    {
+        "ask_what_if",
+        "ask_arrangement_what_if",
+        "check_design",
+        "evaluate_design",
+        "optimise_design",
+        "trade_design_off",
+    }
+)
 """Operations that are no GET and store nothing."""
 METHODS = {
     operation["operationId"]: method.upper()
