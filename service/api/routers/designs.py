@@ -42,7 +42,7 @@ def get_design_verdict(work: WorkDep, name: Key) -> DesignVerdict:
 
 
 @router.post("/design-checks", tags=["designs"], responses=errors())
-def check_design(request: DesignRequest) -> DesignCheck:
+def check_design(work: WorkDep, request: DesignRequest) -> DesignCheck:  # noqa: ARG001  every POST has its key
     """Everything that is wrong with a design document, and warnings; nothing is stored. Units of the document."""
     return designs.check(request)
 
