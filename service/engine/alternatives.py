@@ -11,6 +11,7 @@ from service.engine.plan_solver import UNIT, offer_of, solve
 from service.engine.selection_problem import Ground, pose
 from service.engine.validation import item_of
 from service.errors import InvalidInput
+from service.messages import Message, Quantity
 from service.model.machine import CatalogueItem
 from service.model.plan import FrontPoint, Plan, PlanRequest, StockChange, WhatIf, WhatIfRequest
 
@@ -69,10 +70,14 @@ def _changed(
             continue
         if have + sign * change.pieces < 0:
             raise InvalidInput(
-                f"{change.pieces} of {change.mass_g:g} g cannot be missing: there are {have}",
+                Message(
+                    "invalid_input.pieces_missing",
+                    pieces=change.pieces,
+                    mass=Quantity(change.mass_g, "g"),
+                    available=have,
+                ),
                 field=f"{field}[{index}].pieces",
                 value=change.pieces,
-                advice="state at most what is on hand",
             )
         out[item] = have + sign * change.pieces
     return tuple(out)

@@ -87,12 +87,7 @@ def trial_masses(
     Raises InvalidInput where the machine does not state its rotor's mass.
     """
     if machine.rotor_mass_kg is None:
-        raise InvalidInput(
-            "a trial mass is suggested from the mass of the rotor",
-            field="rotor_mass_kg",
-            value=None,
-            advice="state rotor_mass_kg of the machine",
-        )
+        raise InvalidInput(Message("invalid_input.rotor_mass_missing"), field="rotor_mass_kg", value=None)
     asked = _permissible(machine)
     out = []
     for p, plane in enumerate(machine.planes):

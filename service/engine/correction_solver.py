@@ -67,13 +67,7 @@ def solve_correction(
     used = tuple(run.number for run in runs)
     if request.source == "saved_influence":
         if saved is None:
-            raise InvalidInput(
-                "no influence coefficients are saved for this machine",
-                code="no_influence",
-                field="source",
-                value=request.source,
-                advice="take trial runs, ask for source fit, then save what they teach (POST /machines/{id}/influence)",
-            )
+            raise InvalidInput(Message("no_influence.not_saved"), field="source", value=request.source)
         fitted, last = fit_saved(machine, runs, run_out, saved)
         used = (last,)
     elif request.source == "amplitude_only":
@@ -202,13 +196,7 @@ def _require_response(fitted: Fitted) -> None:
     used = np.isfinite(fitted.fit.initial)
     moved = np.abs(fitted.fit.influence[used]) @ np.abs(fitted.runs.masses).max(axis=0)
     if (moved <= NO_RESPONSE * np.nan_to_num(np.abs(fitted.runs.vibration[:, used])).max(axis=0)).all():
-        raise NumericsError(
-            "the masses of the runs moved no sensor at all",
-            code="planes_dependent",
-            field="runs",
-            value=float(moved.max(initial=0.0)),
-            advice="check that the sensors are alive and that the trial masses were on the rotor, then measure again",
-        )
+        raise NumericsError(Message("planes_dependent.no_response"), field="runs", value=float(moved.max(initial=0.0)))
 
 
 def _solve(machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: Wishes) -> Answer:
@@ -230,12 +218,7 @@ def _static_couple(machine: Machine, fitted: Fitted) -> Answer:
     places = mapping.plane_places(machine)
     used = np.flatnonzero(np.isfinite(fitted.fit.initial))
     if places is None or len(places) != 2 or len(used) != 2:
-        raise InvalidInput(
-            "static_couple needs two planes at known places and one sensor at each end",
-            field="method",
-            value="static_couple",
-            advice="state axial_mm of both planes, or ask for least_squares",
-        )
+        raise InvalidInput(Message("invalid_input.static_couple_places"), field="method", value="static_couple")
     modes = static_couple_modes(np.array([plane.radius_mm for plane in machine.planes]), places)
     masses = decoupled(fitted.fit.influence[used], fitted.fit.initial[used], modes)
     predicted = predict(fitted.fit, masses)
@@ -286,21 +269,11 @@ def _balancer(
     on_rotor: tuple[MassOnRotor, ...] | None,
 ) -> Correction:
     if request.masses is None:
-        raise InvalidInput(
-            "a balancer's answer has masses",
-            field="masses",
-            value=None,
-            advice="state masses:[{plane, mass_g, angle_deg}], one a plane, or the answer_id of a stored answer",
-        )
+        raise InvalidInput(Message("invalid_input.answer_without_masses"), field="masses", value=None)
     check_masses(machine, request.masses)
     named = [mass.plane for mass in request.masses]
     if len(set(named)) != len(named):
-        raise InvalidInput(
-            "a plane appears twice in the balancer's answer",
-            field="masses",
-            value=named,
-            advice="state one continuous mass for each plane",
-        )
+        raise InvalidInput(Message("invalid_input.answer_plane_twice"), field="masses", value=named)
     vectors = mapping.mass_vectors(machine, request.masses)
     return Correction(
         id=key,
@@ -328,10 +301,9 @@ def check_fields(request: CorrectionRequest) -> None:
     for name in _FOREIGN[request.source]:
         if getattr(request, name) is not None:
             raise InvalidInput(
-                f"{name} does not go with source {request.source!r}",
+                Message("invalid_input.option_of_other_source", name=name, source=request.source),
                 field=name,
                 value=name,
-                advice=f"leave {name} out, or ask for the source that it belongs to",
             )
 
 

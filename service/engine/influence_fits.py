@@ -15,6 +15,7 @@ from service.engine import mapping
 from service.engine.mapping import Channel
 from service.engine.saved_influence import as_arrays
 from service.errors import Conflict, InvalidInput
+from service.messages import Message, Quantity
 from service.model.correction import Correction
 from service.model.influence import SavedInfluence
 from service.model.machine import Machine
@@ -93,11 +94,9 @@ def fit_saved(
     arrays = as_arrays(machine, saved, rows)
     if not np.isfinite(arrays.influence).any():
         raise Conflict(
-            f"no coefficient was saved at {run.nominal_speed_rpm:g} r/min",
-            code="no_influence",
+            Message("no_influence.other_speed", speed=Quantity(run.nominal_speed_rpm, "r/min")),
             field="source",
             value=run.nominal_speed_rpm,
-            advice="take the run at a speed the machine was balanced at, or take trial runs and ask for source fit",
         )
     fit = one_run(arrays, known.masses[0], known.vibration[0], known.scatter[0], known.labels)
     return Fitted(rows, fit, known), run.number
@@ -146,13 +145,7 @@ def _require_phase(runs: Sequence[Run], known: RunSet) -> None:
 def require_runs(runs: Sequence[Run]) -> None:
     """Raise InvalidInput where there is no run."""
     if not runs:
-        raise InvalidInput(
-            "there is no run to fit",
-            code="too_few_runs",
-            field="runs",
-            value=0,
-            advice="take an initial run, then a trial run in each plane",
-        )
+        raise InvalidInput(Message("too_few_runs.none"), field="runs", value=0)
 
 
 def used(runs: Iterable[Run]) -> tuple[Run, ...]:

@@ -16,7 +16,7 @@ from service.balancing.rotor.phasors import ComplexArray, FloatArray, phasor, po
 from service.balancing.rotor.units import Scale, convert_amplitude
 from service.engine.validation import plane_index
 from service.errors import InvalidInput
-from service.messages import Part, Quantity, Word
+from service.messages import Message, Part, Quantity, Word
 from service.model.correction import Ellipse, Interval, PlaneMass, SensorVector
 from service.model.diagnostic import Diagnostic, diagnostic
 from service.model.influence import Coefficient
@@ -279,19 +279,9 @@ def require_geometry(machine: Machine) -> tuple[tuple[str, ...], FloatArray, Flo
     """Bearing names, their places (2,) and the planes' places (P,), mm. Raises InvalidInput where one is missing."""
     bearings, planes = bearing_places(machine), plane_places(machine)
     if bearings is None:
-        raise InvalidInput(
-            "bearing forces need exactly two bearings at known places",
-            field="objective",
-            value="bearing_force",
-            advice="state bearings:[{name, axial_mm}] of the machine, or axial_mm of two sensors",
-        )
+        raise InvalidInput(Message("invalid_input.bearings_missing"), field="objective", value="bearing_force")
     if planes is None:
-        raise InvalidInput(
-            "bearing forces need the axial position of every correction plane",
-            field="objective",
-            value="bearing_force",
-            advice="state axial_mm of each plane, measured from the mass centre",
-        )
+        raise InvalidInput(Message("invalid_input.plane_places_missing"), field="objective", value="bearing_force")
     return *bearings, planes
 
 

@@ -13,6 +13,7 @@ from service.balancing.selection.jaya import budget, runs_together, solve_jaya
 from service.balancing.selection.placements import Selection, result_of
 from service.balancing.selection.problem import SelectionProblem, SelectionResult, Status
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.plan import Method, PlanRequest
 
 JAYA_RUNS = 4
@@ -129,10 +130,7 @@ def limit_of_mode(request: PlanRequest, now: float | None) -> float:
     """
     if request.method == "modified_jaya":
         raise InvalidInput(
-            "the modified Jaya cannot prove that fewer masses do not meet the limit",
-            field="method",
-            value=request.method,
-            advice=f"use method certified with mode {request.mode}",
+            Message("invalid_input.jaya_proves_nothing", mode=request.mode), field="method", value=request.method
         )
     if request.limit is not None:
         return request.limit
@@ -140,12 +138,7 @@ def limit_of_mode(request: PlanRequest, now: float | None) -> float:
         return now
     if request.objective == "residual_vibration" and request.norm in (None, "max"):
         return 1.0
-    raise InvalidInput(
-        f"mode fewest needs a limit of {request.objective}",
-        field="limit",
-        value=None,
-        advice="state the limit in the objective's unit",
-    )
+    raise InvalidInput(Message("invalid_input.limit_missing", objective=request.objective), field="limit", value=None)
 
 
 def _fewest(
@@ -184,10 +177,16 @@ def _refuse_unheard(request: PlanRequest) -> None:
     for field_name, value, belongs_to in unheard:
         if value:
             raise InvalidInput(
-                f"{field_name} {value} has no meaning with mode {request.mode} and method {request.method}",
+                Message(
+                    "invalid_input.option_without_meaning",
+                    name=field_name,
+                    value=value,
+                    mode=request.mode,
+                    method=request.method,
+                    others=belongs_to,
+                ),
                 field=field_name,
                 value=value,
-                advice=f"leave {field_name} out, or use {belongs_to}",
             )
 
 

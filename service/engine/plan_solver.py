@@ -22,6 +22,7 @@ from service.engine.plan_methods import Part, Solved, run_method
 from service.engine.rotor_state import Mounted, changes, pieces_of
 from service.engine.selection_problem import Ground, Posed, pose
 from service.errors import Conflict, InvalidInput
+from service.messages import Message
 from service.model.correction import SensorVector
 from service.model.machine import Machine
 from service.model.plan import BearingForces, Change, MethodResult, Offer, Placement, Plan, PlanRequest
@@ -87,20 +88,9 @@ def _objective_now(posed: Posed) -> float:
     """
     inputs = posed.ground.inputs
     if not inputs.present:
-        raise Conflict(
-            "there are no fitted masses to combine",
-            code="nothing_fitted",
-            field="mode",
-            value="combine",
-            advice="fit a plan first, or ask for mode fewest with a limit",
-        )
+        raise Conflict(Message("nothing_fitted"), field="mode", value="combine")
     if posed.request.base == "present":
-        raise InvalidInput(
-            "masses that stay on the rotor cannot be combined",
-            field="base",
-            value="present",
-            advice="leave base out: with as_found all fitted masses may come off",
-        )
+        raise InvalidInput(Message("invalid_input.masses_that_stay"), field="base", value="present")
     by_catalogue = [replace(piece, weighed_g=None) for piece in inputs.present]
     machine = posed.ground.machine
     vectors = mapping.placement_vectors(machine, by_catalogue)

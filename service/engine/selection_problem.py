@@ -21,6 +21,7 @@ from service.engine.objective_uncertainty import objective_scatter
 from service.engine.rotor_state import as_found_placement, in_order
 from service.engine.validation import POSITION_TOLERANCE_DEG, hole_label, plane_index, position_index
 from service.errors import Conflict, InvalidInput
+from service.messages import Message
 from service.model.correction import Correction
 from service.model.machine import CatalogueItem, Machine, Plane
 from service.model.plan import BlockedPosition, Placement, PlanInputs, PlanRequest
@@ -170,10 +171,9 @@ def _objective(machine: Machine, request: PlanRequest, target: ComplexArray, fit
         for name in ("norm", "weights"):
             if getattr(request, name) is not None:
                 raise InvalidInput(
-                    f"{name} belongs to residual_vibration, the objective is {request.objective}",
+                    Message("invalid_input.option_of_other_objective", name=name, objective=request.objective),
                     field=name,
                     value=name,
-                    advice=f"leave {name} out",
                 )
     radius = np.array([plane.radius_mm for plane in machine.planes])
     if request.objective == "components":
@@ -186,23 +186,16 @@ def _objective(machine: Machine, request: PlanRequest, target: ComplexArray, fit
 
 def _residual(machine: Machine, request: PlanRequest, fitted: Fitted | None) -> Objective:
     if fitted is None:
-        raise Conflict(
-            "a balancer's answer brings no influence coefficients to predict the vibration with",
-            code="no_influence",
-            field="objective",
-            value="residual_vibration",
-            advice="take objective components or bearing_force, or a correction of source fit",
-        )
+        raise Conflict(Message("no_influence.balancer_answer"), field="objective", value="residual_vibration")
     used = np.isfinite(fitted.fit.initial)
     rows = [row for row, use in zip(fitted.rows, used, strict=True) if use]
     limits = mapping.limits(machine, rows)
     if request.weights is not None:
         if len(request.weights) != len(rows):
             raise InvalidInput(
-                f"{len(request.weights)} weights for {len(rows)} predicted vectors",
+                Message("invalid_input.weights_count", count=len(request.weights), needed=len(rows)),
                 field="weights",
                 value=list(request.weights),
-                advice="give one weight for each entry of the correction's `predicted`, in that order",
             )
         limits = limits / np.array(request.weights)
     # The fewest masses that bring every sensor within its limit are asked of the worst sensor.

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Literal, Protocol
 
 from service.errors import OutOfOrder
+from service.messages import Message, Word
 from service.model.correction import Correction
 from service.model.machine import Machine
 from service.model.plan import Plan
@@ -164,19 +165,10 @@ def next_step(progress: Progress) -> str:
 def after(session: SessionFacts, event: Event) -> SessionState:
     """The state that follows. Raises OutOfOrder once the session is closed, and for a check of nothing."""
     if session.state == "closed":
-        raise OutOfOrder(
-            f"session {session.id} is closed",
-            code="session_closed",
-            field="session_id",
-            value=session.id,
-            advice="open a new session on the machine",
-        )
+        raise OutOfOrder(Message("session_closed", session=session.id), field="session_id", value=session.id)
     if event == "check" and session.fitted_plan_id is None:
         raise OutOfOrder(
-            f"a check run follows a fitted plan; the session is {session.state}",
-            field="kind",
-            value="check",
-            advice="report a plan fitted first, or store the run as kind correction with all masses on the rotor",
+            Message("out_of_order.check_without_plan", state=Word(session.state)), field="kind", value="check"
         )
     if event == "run":
         return "fitted" if session.fitted_plan_id is not None else "open"

@@ -13,6 +13,7 @@ from service.engine.balance_quality import carried_kg
 from service.engine.mapping import vectors_with_phase
 from service.engine.validation import plane_index
 from service.errors import InvalidInput
+from service.messages import Message, Quantity
 from service.model.machine import Machine
 from service.model.run import MassOnRotor, Run, RunOut
 
@@ -83,12 +84,14 @@ def require_bearable(machine: Machine, masses: Sequence[MassOnRotor]) -> None:
         found = force_of(machine, mass.plane, mass.mass_g)
         if not found.bearable:
             raise InvalidInput(
-                f"{mass.mass_g:g} g pull with {found.force_n:.0f} N at service speed, {found.share:.0%} of the static "
-                "load of the bearing",
-                code="trial_force_too_great",
+                Message(
+                    "trial_force_too_great",
+                    mass=Quantity(mass.mass_g, "g"),
+                    force=Quantity(found.force_n, "N"),
+                    share=found.share,
+                ),
                 field=f"masses[{index}].mass_g" if len(masses) > 1 else "masses.mass_g",
                 value=mass.mass_g,
-                advice="take the mass off; a tenth of the static load is usual",
             )
 
 

@@ -15,6 +15,7 @@ from datetime import timedelta
 from db.rows import IdempotencyRow
 from db.store import Store
 from service.errors import InvalidInput
+from service.messages import Message
 from service.runtime.context import Work
 
 KEPT = timedelta(hours=24)
@@ -91,11 +92,5 @@ def _kept(work: Work, name: str, request: str, key: str) -> Answer | None:
         if row is None:
             return None
         if row.request != request:
-            raise InvalidInput(
-                "this key was used for another request",
-                code="key_reused",
-                field="Idempotency-Key",
-                value=key,
-                advice="make a new key for each thing that is to be done; use it again only to send the same again",
-            )
+            raise InvalidInput(Message("key_reused"), field="Idempotency-Key", value=key)
         return Answer(status=row.status, body=row.body, replayed=True)

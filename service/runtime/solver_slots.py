@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from service.errors import Unavailable
+from service.messages import Message
 
 WAIT_S = 5.0
 """How long a selection waits for its turn; most take a tenth of a second."""
@@ -42,9 +43,4 @@ class Turns:
                     return
             finally:
                 self._queue.release()
-        raise Unavailable(
-            f"all turns to compute a selection are taken ({self.at_once})",
-            code="too_many_solves",
-            advice="nothing was computed or stored; ask again in a few seconds",
-            retry_after_s=RETRY_AFTER_S,
-        )
+        raise Unavailable(Message("too_many_solves", slots=self.at_once), retry_after_s=RETRY_AFTER_S)

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from sqlalchemy.exc import IntegrityError
 
 from service.errors import Conflict
+from service.messages import Message, Word
 
 
 @contextmanager
@@ -24,10 +25,4 @@ def named_once(noun: str, name: str) -> Iterator[None]:
 
 def name_taken(noun: str, name: str) -> Conflict:
     """The error for a name that is used already."""
-    return Conflict(
-        f"there is a {noun} named {name!r} already",
-        code="name_taken",
-        field="name",
-        value=name,
-        advice=f"use that {noun}, or choose another name",
-    )
+    return Conflict(Message("name_taken", noun=Word(noun), name=name), field="name", value=name)

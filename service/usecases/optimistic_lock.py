@@ -5,6 +5,7 @@ from __future__ import annotations
 from db.rows import PlanRow, SessionRow
 from db.store import Store
 from service.errors import Stale
+from service.messages import Message, Word
 from service.runtime.context import Work, require
 from service.usecases.session_view import session_view, updated_plan
 
@@ -15,10 +16,9 @@ def require_seen(work: Work, store: Store, row: SessionRow | PlanRow) -> None:
     if work.seen in (None, version):
         return
     raise Stale(
-        f"the {noun} is at version {version}, the request was made on version {work.seen}",
+        Message("version_stale", noun=Word(noun), version=version, seen=work.seen),
         field="If-Match",
         value=work.seen,
-        advice=f"look at the {noun} as it is now (`current`), then decide again",
         current=updated_plan(store, row) if isinstance(row, PlanRow) else session_view(store, row),
     )
 

@@ -15,6 +15,7 @@ import secrets
 from fastapi import Request, Response
 
 from service.errors import Forbidden
+from service.messages import Message
 from service.web.forms import typed_fields
 
 COOKIE = "drumtrue_form"
@@ -51,8 +52,4 @@ async def require_form_token(request: Request) -> None:
         return
     given = request.headers.get(HEADER) or (await typed_fields(request)).get(FIELD, "")
     if not hmac.compare_digest(given.encode(), FormToken(request).text.encode()):
-        raise Forbidden(
-            "the form is not from a page of this service, or its page is older than the browser's cookies",
-            code="form_token_wrong",
-            advice="load the page again and send the form from there; cookies must be allowed",
-        )
+        raise Forbidden(Message("form_token_wrong"))

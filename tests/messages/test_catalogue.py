@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import string
+from typing import get_args
 
 import pytest
 
 from service.messages.catalogue import ENGLISH_ONLY, SOURCE, Entry, entries
+from service.model.plan import PlanState
+from service.model.run import RunKind
+from service.model.session import SessionState
 from service.web.preferences import LANGUAGES
 from tests.messages.sources import all_made, made_in
 
@@ -40,6 +44,12 @@ def test_every_text_is_translated_and_names_no_other_values(language: str) -> No
         assert values_in(entry) <= values_in(texts[key]), key
         assert (entry.advice is None) == (texts[key].advice is None), key
         assert "other" in entry.message.forms, key
+
+
+@pytest.mark.parametrize("language", sorted(LANGUAGES))
+def test_every_state_and_kind_is_a_word_of_each_language(language: str) -> None:
+    kinds = {*get_args(RunKind), *get_args(PlanState), *get_args(SessionState)}
+    assert {f"word.{name}" for name in kinds} <= entries(language).keys()
 
 
 def test_a_text_is_trimmed_and_ends_without_a_full_stop() -> None:

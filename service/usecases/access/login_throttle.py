@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from service.errors import TooManyAttempts, Unauthorized
+from service.messages import Message
 from service.usecases.access import tokens
 
 T = TypeVar("T")
@@ -54,9 +55,7 @@ class Attempts:
         if wait > 0.0:
             seconds = math.ceil(wait)
             raise TooManyAttempts(
-                f"{MOST} tokens that are not good came within {WINDOW_S:g} s from this address, or for this token",
-                retry_after_s=seconds,
-                advice=f"wait {seconds} s, and check the token that is sent",
+                Message("too_many_attempts", most=MOST, window=WINDOW_S, seconds=seconds), retry_after_s=seconds
             )
 
     def _wait_s(self, key: str, now: float) -> float:

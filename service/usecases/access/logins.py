@@ -7,6 +7,7 @@ from datetime import timedelta
 
 from db.rows import LoginRow, TokenRow
 from service.errors import Unauthorized
+from service.messages import Message
 from service.runtime.context import Work
 from service.usecases.access import tokens
 from service.usecases.access.tokens import Principal
@@ -46,5 +47,5 @@ def logged_in(work: Work, secret: str) -> Principal:
         login = store.get(LoginRow, tokens.digest_of(secret))
         token = None if login is None else store.get(TokenRow, login.token_id)
         if login is None or token is None or login.expires_at <= now:
-            raise Unauthorized("the login is over", code="login_over", advice="log in again with your token")
+            raise Unauthorized(Message("login_over"))
         return tokens.principal_of(token, now)

@@ -11,6 +11,7 @@ from service.balancing.selection.problem import BoolArray
 from service.engine import balance_quality, mapping, saved_influence
 from service.engine.influence_fits import Fitted, fit_runs, used
 from service.errors import Conflict, InvalidInput, NotFound, NumericsError
+from service.messages import Message
 from service.model.influence import (
     LearnedInfluence,
     LearnRequest,
@@ -84,9 +85,7 @@ def saved_for(store: Store, session: SessionRow, whose: str) -> SavedInfluence |
     """Coefficients for a session: the machine's own latest, or its type's. Raises NotFound for a type without."""
     if whose == "type":
         if session.machine.type is None:
-            raise InvalidInput(
-                "the machine states no type", field="influence_of", value="type", advice="give the machine its type"
-            )
+            raise InvalidInput(Message("invalid_input.no_type"), field="influence_of", value="type")
         return _typical(store, session.machine.type)[1]
     return _latest(store, session.machine_id)
 
@@ -115,20 +114,10 @@ def suggest_trials(work: Work, session_id: str) -> tuple[TrialMassSuggestion, ..
 def _check_session(store: Store, machine_id: str, session: SessionRow) -> None:
     if session.machine_id != machine_id:
         raise Conflict(
-            f"session {session.id} is of another machine",
-            code="session_of_other_machine",
-            field="session_id",
-            value=session.id,
-            advice="take a session of this machine",
+            Message("session_of_other_machine.saving", session=session.id), field="session_id", value=session.id
         )
     if store.influence_of(session.id) is not None:
-        raise Conflict(
-            f"session {session.id} has taught this machine already",
-            code="learned_already",
-            field="session_id",
-            value=session.id,
-            advice="one session counts once; take another",
-        )
+        raise Conflict(Message("learned_already", session=session.id), field="session_id", value=session.id)
 
 
 def _combined(
@@ -172,9 +161,5 @@ def _typical(store: Store, machine_type: str) -> tuple[Machine, SavedInfluence, 
 
 def _too_few(machine_type: str, count: int) -> NotFound:
     return NotFound(
-        f"{count} machines of type {machine_type!r} have coefficients for the same planes, sensors and speed; "
-        "statistics need two",
-        field="type",
-        value=machine_type,
-        advice="balance two machines of the type and save what they teach",
+        Message("not_found.statistics_of_type", machines=count, type=machine_type), field="type", value=machine_type
     )

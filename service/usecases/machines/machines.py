@@ -10,6 +10,7 @@ from typing import Any
 from db.rows import MachineRow
 from service.engine.validation import normalised
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.base import read_json, to_plain
 from service.model.machine import Machine, StoredMachine
 from service.runtime.context import Work, require
@@ -60,12 +61,7 @@ def _require_known(patch: Mapping[str, Any]) -> None:
     known = {field.name for field in fields(Machine)}
     for name in patch:
         if name not in known:
-            raise InvalidInput(
-                f"a machine has no field {name!r}",
-                field=name,
-                value=name,
-                advice="leave the field out; the API document lists the fields that are known",
-            )
+            raise InvalidInput(Message("invalid_input.unknown_field", name=name), field=name, value=name)
 
 
 def _view(row: MachineRow) -> StoredMachine:

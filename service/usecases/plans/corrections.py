@@ -11,6 +11,7 @@ from service.engine.correction_solver import check_fields, solve_correction
 from service.engine.influence_fits import used
 from service.engine.rotor_state import on_rotor
 from service.errors import Conflict, InvalidInput
+from service.messages import Message
 from service.model.correction import Correction, CorrectionRequest
 from service.model.run import Run
 from service.runtime.context import Work, require
@@ -55,11 +56,7 @@ def _earlier_runs(store: Store, session: SessionRow, keys: tuple[str, ...]) -> t
         other = require(store, SessionRow, key)
         if other.machine_id != session.machine_id or other.id == session.id or _differ(other, session):
             raise Conflict(
-                f"session {key} is no earlier session with the same planes, sensors and conventions",
-                code="session_of_other_machine",
-                field=f"earlier_sessions[{index}]",
-                value=key,
-                advice="name sessions of this machine from before it was changed, if any",
+                Message("session_of_other_machine.earlier", session=key), field=f"earlier_sessions[{index}]", value=key
             )
         out.append(used(row.run for row in store.runs(other.id)))
     return tuple(out)
@@ -79,19 +76,10 @@ def _with_masses(store: Store, session: SessionRow, request: CorrectionRequest) 
     if request.answer_id is None:
         return request
     if request.masses is not None:
-        raise InvalidInput(
-            "a balancer's answer is named or stated, not both",
-            field="answer_id",
-            value=request.answer_id,
-            advice="leave out answer_id or masses",
-        )
+        raise InvalidInput(Message("invalid_input.answer_named_and_stated"), field="answer_id", value=request.answer_id)
     answer = require(store, BalancerAnswerRow, request.answer_id)
     if answer.machine_id != session.machine_id or answer.session_id not in (None, session.id):
         raise Conflict(
-            f"balancer answer {request.answer_id!r} belongs to another session",
-            code="answer_of_other_session",
-            field="answer_id",
-            value=request.answer_id,
-            advice="take an answer of this session",
+            Message("answer_of_other_session", answer=request.answer_id), field="answer_id", value=request.answer_id
         )
     return replace(request, masses=answer.masses)

@@ -15,6 +15,7 @@ from service.engine.rotor_state import in_order, on_rotor
 from service.engine.selection_problem import Ground
 from service.engine.validation import hole_label, item_of, plane_index, position_index
 from service.errors import Conflict, InvalidInput, OutOfOrder
+from service.messages import Message, Word
 from service.model.machine import CatalogueItem, Machine
 from service.model.plan import (
     ActualPlacement,
@@ -47,13 +48,7 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
         session_state.after(session, "plan")
         ground = _ground(store, session, request.correction_id, request.base == "present", work.now())
         if ground.correction.stale:
-            raise Conflict(
-                "a run was added or excluded since this correction",
-                code="correction_stale",
-                field="correction_id",
-                value=request.correction_id,
-                advice="ask for corrections again, then plan with the new one",
-            )
+            raise Conflict(Message("correction_stale"), field="correction_id", value=request.correction_id)
     with work.turns.turn():
         plan = solve_plan(
             ground,
@@ -160,10 +155,9 @@ def unfit(work: Work, plan_id: str) -> Plan:
         state = session_state.after(session, "unfit")
         if session.fitted_plan_id != row.id:
             raise OutOfOrder(
-                f"plan {row.plan.number} is not fitted (it is {row.plan.state})",
+                Message("out_of_order.plan_not_fitted", number=row.plan.number, state=Word(row.plan.state)),
                 field="plan_id",
                 value=plan_id,
-                advice="take off the plan that is fitted, see the session's fitted_plan_id",
             )
         net = ledger.net_of(box.items, back=row.plan.fitted or (), out=())
         now = work.now()
@@ -179,21 +173,11 @@ def unfit(work: Work, plan_id: str) -> Plan:
 def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool, now: datetime) -> Ground:
     """What a plan of this session is made on; pieces held for other sessions are not there for it."""
     if session.catalogue_id is None:
-        raise OutOfOrder(
-            "the session has no box of stock masses",
-            code="catalogue_missing",
-            field="catalogue_id",
-            value=None,
-            advice="give it one: PATCH /sessions/{id} {catalogue_id}",
-        )
+        raise OutOfOrder(Message("catalogue_missing"), field="catalogue_id", value=None)
     correction = require(store, CorrectionRow, correction_id)
     if correction.session_id != session.id:
         raise Conflict(
-            f"correction {correction_id!r} belongs to another session",
-            code="correction_of_other_session",
-            field="correction_id",
-            value=correction_id,
-            advice="take a correction of this session",
+            Message("correction_of_other_session", correction=correction_id), field="correction_id", value=correction_id
         )
     box = require(store, CatalogueRow, session.catalogue_id)
     present: tuple[Placement, ...] = ()
@@ -254,20 +238,10 @@ def _require_fittable(plan: Plan, request: FittedRequest) -> None:
         require_placements(plan)
     if plan.state not in ("proposed", "unfitted", "replaced"):
         raise OutOfOrder(
-            f"plan {plan.number} is {plan.state} already",
-            code="plan_fitted",
-            field="plan_id",
-            value=plan.id,
-            advice="take a check run; to correct what was entered, unfit it first",
+            Message("plan_fitted.state", number=plan.number, state=Word(plan.state)), field="plan_id", value=plan.id
         )
     if plan.stale and not request.accept_stale:
-        raise Conflict(
-            f"a run was added or excluded since plan {plan.number}",
-            code="plan_stale",
-            field="plan_id",
-            value=plan.id,
-            advice="ask for corrections and a plan again; if its masses are on the drum, send accept_stale: true",
-        )
+        raise Conflict(Message("plan_stale.fitting", number=plan.number), field="plan_id", value=plan.id)
 
 
 def _actual(
@@ -284,11 +258,11 @@ def _actual(
         room[p, position] += 1
         if room[p, position] > plane.masses_per_position:
             raise InvalidInput(
-                f"hole {hole_label(plane, position)} of {plane.name} takes {plane.masses_per_position} masses",
-                code="hole_full",
+                Message(
+                    "hole_full", hole=hole_label(plane, position), plane=plane.name, most=plane.masses_per_position
+                ),
                 field=f"{where}.position_deg",
                 value=piece.position_deg,
-                advice="state where each piece sits; if the hole really takes more, change the machine",
             )
         out.append(
             Placement(

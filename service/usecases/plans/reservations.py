@@ -9,6 +9,7 @@ from db.rows import CatalogueRow, PlanRow, SessionRow
 from db.store import Store
 from service.engine import session_state
 from service.errors import Conflict, OutOfOrder
+from service.messages import Message
 from service.model.plan import Plan
 from service.model.stock import ReserveRequest
 from service.runtime.context import Work, require
@@ -76,42 +77,20 @@ def require_its_box(plan: Plan, session: SessionRow) -> None:
 
 def other_box(plan: Plan, session: SessionRow) -> Conflict:
     """The session has another box than the plan was made from."""
-    return Conflict(
-        f"plan {plan.number} was made from another box",
-        code="box_changed",
-        field="catalogue_id",
-        value=session.catalogue_id,
-        advice="make a new plan from this box, or give the session the box of the plan back",
-    )
+    return Conflict(Message("box_changed", number=plan.number), field="catalogue_id", value=session.catalogue_id)
 
 
 def require_placements(plan: Plan) -> None:
     """An infeasible plan has nothing to hold or fit. Raises OutOfOrder."""
     if plan.status == "infeasible":
         raise OutOfOrder(
-            f"plan {plan.number} has no placements: {plan.reason}",
-            code="plan_infeasible",
-            field="plan_id",
-            value=plan.id,
-            advice="change what its reason says, and plan again",
+            Message("plan_infeasible", number=plan.number, reason=plan.reason), field="plan_id", value=plan.id
         )
 
 
 def _require_reservable(plan: Plan) -> None:
     require_placements(plan)
     if plan.state == "fitted":
-        raise OutOfOrder(
-            f"plan {plan.number} is fitted already",
-            code="plan_fitted",
-            field="plan_id",
-            value=plan.id,
-            advice="its masses are on the drum: there is nothing to hold",
-        )
+        raise OutOfOrder(Message("plan_fitted.reserving", number=plan.number), field="plan_id", value=plan.id)
     if plan.stale:
-        raise Conflict(
-            f"a run was added or excluded since plan {plan.number}",
-            code="plan_stale",
-            field="plan_id",
-            value=plan.id,
-            advice="ask for corrections and a plan again, then reserve that one",
-        )
+        raise Conflict(Message("plan_stale.reserving", number=plan.number), field="plan_id", value=plan.id)

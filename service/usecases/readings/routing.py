@@ -10,6 +10,7 @@ from drivers.reading import Reading
 from service.engine import session_state
 from service.engine.validation import sensor_index
 from service.errors import Conflict, InvalidInput, NotFound
+from service.messages import Message
 from service.model.machine import Machine
 from service.runtime.context import require
 
@@ -60,23 +61,15 @@ class Targets:
         bound = self._bound.get(source)
         if session_id is None:
             if bound is None:
-                raise NotFound(
-                    f"source {source!r} is bound to no machine",
-                    code="source_not_bound",
-                    field=field,
-                    value=source,
-                    advice="bind it to its machine (page Sources, or PUT /sources/{name}), or state the session_id",
-                )
+                raise NotFound(Message("source_not_bound", source=source), field=field, value=source)
             return bound
         session = require(self.store, SessionRow, session_id)
         session_state.after(session, "run")
         if bound is not None and bound != session.machine_id:
             raise Conflict(
-                f"source {source!r} is bound to another machine than session {session_id}",
-                code="source_of_other_machine",
+                Message("source_of_other_machine.session", source=source, session=session_id),
                 field=field,
                 value=session_id,
-                advice="leave session_id out, or bind the source to the session's machine",
             )
         return session.machine_id
 
@@ -89,21 +82,10 @@ def machine_behind(store: Store, source: str, session_id: str | None) -> Machine
 
 def reused(key: tuple[str, int], field: str) -> Conflict:
     """The refusal of a number that a source used before for something else."""
-    return Conflict(
-        f"source {key[0]!r} used sequence {key[1]} before, with other contents",
-        code="sequence_reused",
-        field=field,
-        value=key[1],
-        advice="a source counts on from its last number; give a restarted source a new name",
-    )
+    return Conflict(Message("sequence_reused", source=key[0], sequence=key[1]), field=field, value=key[1])
 
 
 def _check_source(source: str, field: str) -> None:
     """Refuse what a Reading's type lets pass and no table takes: a name with control signs."""
     if not source.isprintable():
-        raise InvalidInput(
-            "the name of the source holds signs that cannot be printed",
-            field=field,
-            value=source,
-            advice="name the source in letters, figures and signs",
-        )
+        raise InvalidInput(Message("invalid_input.source_name"), field=field, value=source)

@@ -18,6 +18,7 @@ from db.store import Store
 from service.balancing.influence.resolution import known_scatter, quantisation_step, scatter_floor
 from service.balancing.rotor.phasors import PhaseSense, phasor, polar
 from service.errors import Conflict, InvalidInput
+from service.messages import Message
 from service.model.findings import Findings, OrderComponent
 from service.model.machine import Machine
 from service.model.run import RunReading, Take
@@ -42,24 +43,16 @@ def taken_readings(
     source = require(store, SourceRow, take.source)
     if source.machine_id != session.machine_id:
         raise Conflict(
-            f"source {take.source!r} is bound to another machine",
-            code="source_of_other_machine",
-            field="take.source",
-            value=take.source,
-            advice="bind it to this machine (PUT /sources/{name}), or take from a source that is",
+            Message("source_of_other_machine.taking", source=take.source), field="take.source", value=take.source
         )
     if take.since > take.until:
-        raise InvalidInput(
-            "the first moment lies after the last", field="take.from", value=str(take.since), advice="swap from and to"
-        )
+        raise InvalidInput(Message("invalid_input.take_reversed"), field="take.from", value=str(take.since))
     gone = store.rolled_up_between(take.source, take.since, take.until)
     if gone is not None:
         raise Conflict(
-            f"raw readings of source {take.source!r} at {gone.isoformat()} were rolled up and are not kept any more",
-            code="readings_rolled_up",
+            Message("readings_rolled_up", source=take.source, time=gone.isoformat()),
             field="take.from",
             value=take.since.isoformat(),
-            advice="take from later times; runs that were taken before keep their readings",
         )
     rows = [
         row
@@ -81,11 +74,9 @@ def taken_readings(
     )
     if not readings:
         raise InvalidInput(
-            f"source {take.source!r} has no reading between {take.since.isoformat()} and {take.until.isoformat()}",
-            code="nothing_to_take",
+            Message("nothing_to_take", source=take.source, since=take.since.isoformat(), until=take.until.isoformat()),
             field="take",
             value=take.source,
-            advice="check the times (UTC) and that the source delivers",
         )
     return readings
 
@@ -101,11 +92,7 @@ def _require_released(take: Take, rows: Sequence[ReadingRow], released_at: datet
     early = [row for row in rows if row.received_at is not None and row.received_at < released_at]
     if early:
         raise Conflict(
-            f"{len(early)} of these readings were received before the machine was released with these masses",
-            code="readings_before_release",
-            field="take.from",
-            value=take.since.isoformat(),
-            advice="take from readings that came after the release; set the source's clock if it is ahead",
+            Message("readings_before_release", count=len(early)), field="take.from", value=take.since.isoformat()
         )
 
 

@@ -6,6 +6,7 @@ from datetime import datetime
 
 from db.rows import MachineRow, SourceRow
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.base import document
 from service.model.findings import Findings
 from service.runtime.context import Work, require
@@ -82,9 +83,7 @@ def readings_of(
 ) -> tuple[StoredReading, ...]:
     """Raw readings of a bound source with what was found beside them, newest first. Raises NotFound, InvalidInput."""
     if since is not None and until is not None and since > until:
-        raise InvalidInput(
-            "the first moment lies after the last", field="from", value=since.isoformat(), advice="swap from and to"
-        )
+        raise InvalidInput(Message("invalid_input.times_reversed"), field="from", value=since.isoformat())
     with work.read() as store:
         require(store, SourceRow, name)
         rows = store.readings_of(name, since, until, limit, offset)

@@ -12,6 +12,7 @@ from service.engine import mapping, session_state
 from service.engine.balance_quality import speed_warnings, trial_warnings
 from service.engine.validation import check_masses, sensor_index
 from service.errors import InvalidInput, NotFound
+from service.messages import Message, Word
 from service.model.base import to_plain
 from service.model.machine import Machine
 from service.model.run import MassOnRotor, Run, RunPatch, RunReading, RunRequest
@@ -77,12 +78,7 @@ def outdate(store: Store, session_id: str) -> None:
 def _run_of(store: Store, session: SessionRow, run_id: str) -> RunRow:
     row = store.get(RunRow, run_id)
     if row is None or row.session_id != session.id:
-        raise NotFound(
-            f"session {session.id} has no run {run_id!r}",
-            field="run_id",
-            value=run_id,
-            advice="take the id of one of the session's runs",
-        )
+        raise NotFound(Message("not_found.run", session=session.id, run=run_id), field="run_id", value=run_id)
     return row
 
 
@@ -94,20 +90,9 @@ def _masses(store: Store, session: SessionRow, request: RunRequest) -> tuple[Mas
     masses = masses or ()
     check_masses(session.machine, masses)
     if request.kind == "initial" and masses:
-        raise InvalidInput(
-            "an initial run is the rotor as found, without masses",
-            field="masses",
-            value=len(masses),
-            advice="take the masses off, or state the run as kind trial or correction",
-        )
+        raise InvalidInput(Message("invalid_input.initial_with_masses"), field="masses", value=len(masses))
     if request.kind in ("trial", "correction") and not masses:
-        raise InvalidInput(
-            f"a {request.kind} run has a mass on the rotor",
-            code="mass_missing",
-            field="masses",
-            value=0,
-            advice="state every mass that was on the rotor: [{plane, mass_g, angle_deg}]",
-        )
+        raise InvalidInput(Message("mass_missing", kind=Word(request.kind)), field="masses", value=0)
     return masses
 
 
@@ -139,10 +124,6 @@ def _check_readings(machine: Machine, readings: Sequence[RunReading]) -> None:
         sensor_index(machine, reading.sensor, f"readings[{index}].sensor")
         if reading.sensor in seen:
             raise InvalidInput(
-                f"sensor {reading.sensor!r} appears twice in the run",
-                code="sensor_twice",
-                field=f"readings[{index}].sensor",
-                value=reading.sensor,
-                advice="state the mean with its scatter, or store the second reading as a run of its own",
+                Message("sensor_twice", sensor=reading.sensor), field=f"readings[{index}].sensor", value=reading.sensor
             )
         seen.add(reading.sensor)

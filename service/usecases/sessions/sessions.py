@@ -9,6 +9,7 @@ from db.store import Store
 from service.engine import session_state
 from service.engine.validation import check_as_found, sensor_index
 from service.errors import Conflict
+from service.messages import Message
 from service.model.machine import Catalogue
 from service.model.plan import Plan
 from service.model.session import (
@@ -86,13 +87,7 @@ def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
         closed = session_state.after(row, "close")
         if patch.catalogue_id is not None and patch.catalogue_id != row.catalogue_id:
             if row.fitted_plan_id is not None:
-                raise Conflict(
-                    "masses of the present box are fitted",
-                    code="plan_fitted",
-                    field="catalogue_id",
-                    value=patch.catalogue_id,
-                    advice="report them taken off first (unfit the plan), then change the box",
-                )
+                raise Conflict(Message("plan_fitted.box"), field="catalogue_id", value=patch.catalogue_id)
             row.catalogue_id = require(store, CatalogueRow, patch.catalogue_id).id
             let_go(store, row.id, work.now())
         row.technician = row.technician if patch.technician is None else patch.technician

@@ -19,6 +19,7 @@ from service.engine.session_state import under_way
 from service.engine.trial_check import require_bearable
 from service.engine.validation import POSITION_TOLERANCE_DEG, check_masses, plane_index
 from service.errors import InvalidInput, NotFound, OutOfOrder
+from service.messages import Message, Quantity
 from service.model.machine import Machine
 from service.model.plan import ActualPlacement, FittedRequest, Placement
 from service.model.run import MassOnRotor
@@ -47,11 +48,9 @@ def begin(work: Work, session_id: str, request: StopRequest) -> Stop:
         if before is not None:
             if before.changed_at is not None:
                 raise OutOfOrder(
-                    f"masses were changed in stop {before.number}, and it is not released",
-                    code="stop_unfinished",
+                    Message("stop_unfinished.not_released", number=before.number),
                     field="purpose",
                     value=request.purpose,
-                    advice="finish that stop first: bolts torqued, tools out, guards on",
                 )
             rows[-1].stop = replace(before, cancelled=True)
         stop = Stop(
@@ -100,7 +99,7 @@ def fit(work: Work, session_id: str, number: int, actual: tuple[ActualPlacement,
         _require_locked(stop)
         machine, fitted_id = session.machine, session.fitted_plan_id
     if actual is None and not stop.placements:
-        raise InvalidInput("the stop has no plan", field="plan_id", advice="choose a plan, then stop for it")
+        raise InvalidInput(Message("invalid_input.stop_without_plan"), field="plan_id")
     wanted = actual if actual is not None else _as_actual(stop.placements)
     fasteners = {piece.mass_g: piece.fastener_g for piece in stop.placements}
     check_forces(machine, [_as_mass(piece, fasteners.get(piece.mass_g, 0.0)) for piece in wanted])
@@ -132,13 +131,7 @@ def release(work: Work, session_id: str, number: int) -> Stop:
 
     def released(stop: Stop, _machine: Machine) -> Stop:
         if stop.masses is None:
-            raise OutOfOrder(
-                "nothing is stated of the masses on the rotor",
-                code="masses_not_stated",
-                field="masses",
-                value=None,
-                advice="state what is bolted on, then release the machine",
-            )
+            raise OutOfOrder(Message("masses_not_stated"), field="masses", value=None)
         return replace(stop, released_at=stop.released_at or work.now())
 
     return _step(work, session_id, number, released)
@@ -155,13 +148,7 @@ def reopen(work: Work, session_id: str, number: int) -> Stop:
         latest, runs = store.stops(session_id)[-1].number, len(store.runs(session_id))
         fitted_id = require(store, SessionRow, session_id).fitted_plan_id
     if stop.masses is None or number != latest or (stop.changed_after_run or 0) < runs:
-        raise OutOfOrder(
-            f"stop {number} cannot be corrected: nothing was stated in it, or the drum has turned since",
-            code="stop_not_correctable",
-            field="number",
-            value=number,
-            advice="stop the machine again and state what is on the drum",
-        )
+        raise OutOfOrder(Message("stop_not_correctable", number=number), field="number", value=number)
     if stop.purpose == "plan" and fitted_id == stop.plan_id and fitted_id is not None:
         plans.unfit(work, fitted_id)
 
@@ -177,13 +164,7 @@ def cancel(work: Work, session_id: str, number: int) -> Stop:
 
     def given_up(stop: Stop, _machine: Machine) -> Stop:
         if stop.changed_at is not None:
-            raise OutOfOrder(
-                f"masses were changed in stop {stop.number}",
-                code="stop_unfinished",
-                field="number",
-                value=stop.number,
-                advice="finish it: bolts torqued, tools out, guards on; then stop again",
-            )
+            raise OutOfOrder(Message("stop_unfinished", number=stop.number), field="number", value=stop.number)
         return replace(stop, cancelled=True)
 
     return _step(work, session_id, number, given_up)
@@ -202,12 +183,16 @@ def check_forces(machine: Machine, masses: Iterable[MassOnRotor]) -> None:
         if plane.max_force_n is not None and force > plane.max_force_n * (1.0 + 1e-9):
             most = math.floor(10.0 * grams * plane.max_force_n / force) / 10.0
             raise InvalidInput(
-                f"{grams:g} g in one hole of plane {plane.name} pull with {force:.0f} N at service speed, "
-                f"{plane.max_force_n:g} N is the limit",
-                code="force_too_great",
+                Message(
+                    "force_too_great",
+                    mass=Quantity(grams, "g"),
+                    plane=plane.name,
+                    force=Quantity(force, "N"),
+                    limit=Quantity(plane.max_force_n, "N"),
+                    most=Quantity(most, "g"),
+                ),
                 field="masses.mass_g",
                 value=grams,
-                advice=f"at most {most:g} g go into one hole of this plane",
             )
 
 
@@ -217,13 +202,7 @@ def _step(work: Work, session_id: str, number: int, stepped: Callable[[Stop, Mac
         session_state.after(session, "run")
         row = _row(store, session_id, number)
         if row.stop.cancelled:
-            raise OutOfOrder(
-                f"stop {number} was given up",
-                code="stop_cancelled",
-                field="number",
-                value=number,
-                advice="load the session again: it shows what to do next",
-            )
+            raise OutOfOrder(Message("stop_cancelled", number=number), field="number", value=number)
         stop = stepped(row.stop, session.machine)
         if stop.changed_at not in (None, row.stop.changed_at):
             stop = replace(stop, changed_after_run=len(store.runs(session_id)))
@@ -240,23 +219,12 @@ def _row(store: Store, session_id: str, number: int) -> StopRow:
     for row in store.stops(session_id):
         if row.number == number:
             return row
-    raise NotFound(
-        f"session {session_id} has no stop {number}",
-        field="number",
-        value=number,
-        advice="load the session again: it shows what to do next",
-    )
+    raise NotFound(Message("not_found.stop", session=session_id, number=number), field="number", value=number)
 
 
 def _require_locked(stop: Stop) -> None:
     if stop.locked_at is None:
-        raise OutOfOrder(
-            "the machine is not stated to be locked",
-            code="not_locked",
-            field="number",
-            value=stop.number,
-            advice="stop the drum, take the key out, block the drum; then change masses",
-        )
+        raise OutOfOrder(Message("not_locked"), field="number", value=stop.number)
 
 
 def _placements(store: Store, session: SessionRow, request: StopRequest) -> tuple[Placement, ...]:
@@ -267,12 +235,7 @@ def _placements(store: Store, session: SessionRow, request: StopRequest) -> tupl
     row = require(store, PlanRow, request.plan_id or "")
     offers = row.plan.alternatives
     if row.session_id != session.id or not (request.alternative is None or 0 <= request.alternative < len(offers)):
-        raise InvalidInput(
-            "this session has no such plan",
-            field="plan_id",
-            value=request.plan_id,
-            advice="choose one of the plans that the session shows",
-        )
+        raise InvalidInput(Message("invalid_input.plan_of_stop"), field="plan_id", value=request.plan_id)
     return row.plan.placements if request.alternative is None else offers[request.alternative].placements
 
 

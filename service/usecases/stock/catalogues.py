@@ -8,6 +8,7 @@ from db.rows import CatalogueRow, SessionRow
 from db.store import Store
 from service.engine.validation import check_catalogue, item_of
 from service.errors import InvalidInput
+from service.messages import Message, Quantity
 from service.model.machine import Catalogue, CatalogueItem, CataloguePatch, Pieces, StockItem, StoredCatalogue
 from service.model.stock import Balance, Hold, Movement, Stock, StockBooking
 from service.runtime.context import Work, require
@@ -91,17 +92,15 @@ def _counted_items(
         item = item_of(items, entry.mass_g, f"{field}[{index}].mass_g")
         if items[item].count is None or item in out:
             raise InvalidInput(
-                f"the {entry.mass_g:g} g mass has no count, or appears twice in {field}",
+                Message("invalid_input.count_missing", mass=Quantity(entry.mass_g, "g"), field=field),
                 field=f"{field}[{index}].mass_g",
                 value=entry.mass_g,
-                advice="book each counted mass once",
             )
         if entry.pieces == 0 and not may_be_none:
             raise InvalidInput(
-                f"0 pieces of {entry.mass_g:g} g are no movement",
+                Message("invalid_input.no_movement", mass=Quantity(entry.mass_g, "g")),
                 field=f"{field}[{index}].pieces",
                 value=0,
-                advice="state how many pieces moved, or leave this mass out; to find none, book them as counted",
             )
         out[item] = entry.pieces
     return out

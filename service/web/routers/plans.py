@@ -9,6 +9,7 @@ from fastapi import APIRouter, Path
 from fastapi.responses import HTMLResponse, Response
 
 from service.errors import DrumtrueError, NotFound, Unavailable
+from service.messages import Message
 from service.model.correction import CorrectionRequest, CorrectionSource
 from service.model.influence import LearnRequest
 from service.model.machine import CataloguePatch, Pieces
@@ -132,7 +133,7 @@ def show_front(page: LongPageDep, session_id: Key, plan_id: PlanKey) -> HTMLResp
     session = look(page.work, session_id).session
     plan = next((one for one in session.plans if one.id == plan_id), None)
     if plan is None:
-        raise NotFound("the session has no such plan", field="plan_id", value=plan_id)
+        raise NotFound(Message("not_found.plan"), field="plan_id", value=plan_id)
     points = plans.front(page.work, plan_id)
     return page.render(
         "front.html",

@@ -9,6 +9,7 @@ from fastapi.responses import Response
 
 from service.engine.validation import highest_speed
 from service.errors import DrumtrueError, OutOfOrder
+from service.messages import Message
 from service.model.run import RunKind, RunPatch, RunReading, RunRequest, Take
 from service.model.stop import StopRequest
 from service.runtime.context import Work
@@ -131,12 +132,7 @@ def _request(guide: Guide, *, readings: tuple[RunReading, ...] | None = None, ta
     """The run that is next: its masses are those stated when they were fitted."""
     kind = _KIND.get(guide.step)
     if kind is None:
-        raise OutOfOrder(
-            "no run is to be taken now",
-            field="kind",
-            value=guide.step,
-            advice="load the session again: it shows what to do next",
-        )
+        raise OutOfOrder(Message("out_of_order.no_run_now"), field="kind", value=guide.step)
     masses = () if kind == "initial" else None if kind == "check" else guide.on_rotor
     return RunRequest(kind=kind, masses=masses, readings=readings, take=take)
 

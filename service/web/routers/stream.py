@@ -14,6 +14,7 @@ from starlette.concurrency import run_in_threadpool
 
 from service.engine.validation import highest_speed
 from service.errors import Unavailable
+from service.messages import Message
 from service.runtime.context import Work
 from service.runtime.shared_feed import feeds_of
 from service.usecases.sessions import live
@@ -44,11 +45,7 @@ async def follow_page(request: Request, page: LongPageDep, session_id: Key) -> S
     await run_in_threadpool(look, page.work, session_id)
     state = request.app.state
     if getattr(state, "page_streams", 0) >= MOST_STREAMS:
-        raise Unavailable(
-            f"{MOST_STREAMS} pages follow a session already",
-            code="too_many_streams",
-            advice="close a page that shows a session",
-        )
+        raise Unavailable(Message("too_many_streams.pages", most=MOST_STREAMS))
     return StreamingResponse(
         _events(request, page, session_id),
         media_type="text/event-stream",

@@ -89,7 +89,7 @@ def test_nothing_to_combine_is_told(shop: Workshop) -> None:
     shop.learn(session)
     body = {"correction_id": shop.correct(session)["id"], "objective": "components", "mode": "combine"}
     problem = shop.refused("POST", f"/sessions/{session}/plans", body, 409, "nothing_fitted")
-    assert "fit a plan first" in problem["advice"]
+    assert "mount a plan first" in problem["advice"]
 
 
 def test_masses_that_stay_are_not_combined(shop: Workshop) -> None:

@@ -232,4 +232,4 @@ class TestWithoutPhase:
         self.run(shop, session, [mass("1", 150.0, 0.0)])
         body = {"source": "amplitude_only"}
         problem = shop.refused("POST", f"/sessions/{session}/corrections", body, 422, "too_few_runs")
-        assert "need 5 runs" in problem["detail"]
+        assert "must have 5 amplitudes" in problem["detail"]

@@ -45,7 +45,7 @@ WORDED = [
     ("POST", "/machines", machine_body(rotor_mass_kg=1e12), "rotor_mass_kg", "at most 1000000000"),
     ("POST", "/machines", machine_body("a\tb\x01"), "name", "characters that "),
     ("PATCH", "/sessions/$session/runs/$run", {"excluded": True, "reason": " "}, "reason", "at least 1 char"),
-    ("POST", "/catalogues/$box/stock", NOTHING_MOVED, "pieces[0].pieces", "no movement"),
+    ("POST", "/catalogues/$box/stock", NOTHING_MOVED, "pieces[0].pieces", "a movement of"),
     ("GET", "/history?kind=foo", None, "kind", "no history of 'foo'"),
     ("GET", "/sources/x/readings?from=2026-03-02T00:00:00Z&to=2026-03-01T00:00:00Z", None, "from", "after the last"),
 ]

@@ -26,7 +26,7 @@ class TestOrder:
         session = shop.session()
         check = {"kind": "check", "readings": READINGS}
         problem = shop.refused("POST", f"/sessions/{session}/runs", check, 409, "out_of_order")
-        assert "fitted" in problem["advice"]
+        assert "as mounted first" in problem["advice"]
         shop.planned(session)
         shop.refused("POST", f"/sessions/{session}/runs", check, 409, "out_of_order")
 

@@ -30,7 +30,7 @@ def test_masses_are_changed_only_once_locked_and_the_machine_released_only_once_
     with pytest.raises(OutOfOrder):
         stops.release(shop.work, session, 1)
     stops.lock(shop.work, session, stop.number)
-    with pytest.raises(OutOfOrder, match="nothing is stated"):
+    with pytest.raises(OutOfOrder, match="must be stated"):
         stops.release(shop.work, session, 1)
     stops.change(shop.work, session, 1, [PIECE])
     assert on_rotor(shop, session) == (PIECE,)
@@ -46,7 +46,7 @@ def test_a_stop_is_given_up_before_masses_were_changed_and_finished_after(shop: 
     stops.begin(shop.work, session, TRIAL)
     second = stops.begin(shop.work, session, StopRequest(purpose="trial", plane="2"))
     assert [stop.cancelled for stop in stops.of(shop.work, session)] == [True, False]
-    with pytest.raises(OutOfOrder, match="given up"):
+    with pytest.raises(OutOfOrder, match="was cancelled"):
         stops.lock(shop.work, session, 1)
     stops.lock(shop.work, session, second.number)
     stops.change(shop.work, session, second.number, [PIECE])
@@ -65,7 +65,7 @@ def test_no_hole_is_pulled_harder_than_it_may_be(shop: Workshop) -> None:
     two = [MassOnRotor(plane="1", mass_g=50.0, angle_deg=angle) for angle in (20.0, -340.0)]
     with pytest.raises(InvalidInput, match="77 N") as refused:
         stops.change(shop.work, session, 1, two)
-    assert refused.value.advice == "at most 99.2 g go into one hole of this plane"
+    assert refused.value.advice == "mount at most 99.2 g in one hole of this plane"
     assert on_rotor(shop, session) == ()
     apart = [MassOnRotor(plane="1", mass_g=50.0, angle_deg=angle) for angle in (20.0, 40.0)]
     stops.change(shop.work, session, 1, apart)

@@ -35,7 +35,7 @@ def test_five_kilograms_are_refused_with_the_force_and_the_share(locked: tuple[W
     shop, session = locked
     answer = bolt(shop, session, "5000", **{"sure.5000": "yes"})
     assert answer.status_code == 422
-    assert "3829 N" in answer.text
+    assert "3829\N{NARROW NO-BREAK SPACE}N" in answer.text
     assert "Bolt the trial mass" in answer.text
 
 
