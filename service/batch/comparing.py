@@ -69,7 +69,7 @@ def compare_one(path: str, tolerance: float = TOLERANCE) -> Compared:
 
 def compare_text(path: str, text: bytes | str, tolerance: float = TOLERANCE) -> Compared:
     """Solve a log again from its bytes; a text instead is why the file could not be read."""
-    from service.engine.log_replay import read_log, resolve
+    from service.engine.logs.replay import read_log, resolve
     from service.errors import DrumtrueError
 
     if isinstance(text, str):

@@ -12,7 +12,7 @@ from service.balancing.rotor.phasors import phasor, polar
 from service.balancing.selection import compiled
 from service.batch.drawn_answers import Prepared, answer, prepare
 from service.batch.executors import executor
-from service.engine.log_replay import last_problem, resolve
+from service.engine.logs.replay import last_problem, resolve
 from service.engine.mapping import placement_vectors
 from service.engine.plan_survival import plan_survival
 from service.errors import DrumtrueError, InvalidInput

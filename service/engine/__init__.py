@@ -10,7 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from service.engine.log_replay import Resolved, read_log, resolve
+    from service.engine.logs.replay import Resolved, read_log, resolve
     from service.engine.offline import correct, plan
     from service.engine.rotor_state import Drum, changes_to, mounted, on_rotor
     from service.engine.session_state import Progress, next_step
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from service.model.session import SessionLog
 
 _HOMES = {
-    "service.engine.log_replay": ("Resolved", "read_log", "resolve"),
+    "service.engine.logs.replay": ("Resolved", "read_log", "resolve"),
     "service.engine.offline": ("correct", "plan"),
     "service.engine.rotor_state": ("Drum", "changes_to", "mounted", "on_rotor"),
     "service.engine.session_state": ("Progress", "next_step"),

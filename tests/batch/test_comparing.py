@@ -13,7 +13,7 @@ from drivers.simulator.drum_driver import SimulatedDrum, threshing_drum_example
 from drivers.simulator.spec import FittedMass
 from service.batch.comparing import compare_folder, compare_one, summary
 from service.cli.support.demo_machine import catalogue_of, machine_of
-from service.engine.log_replay import read_log, resolve
+from service.engine.logs.replay import read_log, resolve
 from service.errors import InvalidInput
 from service.model.base import to_plain
 

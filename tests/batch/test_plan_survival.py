@@ -9,7 +9,7 @@ import pytest
 
 from service.balancing.selection.placements import vectors_of
 from service.batch import drawn_answers, studies
-from service.engine.log_replay import last_problem, resolve
+from service.engine.logs.replay import last_problem, resolve
 from service.engine.mapping import limits, placement_vectors
 from service.engine.plan_survival import plan_survival
 from service.model.session import SessionLog

@@ -12,7 +12,7 @@ import pytest
 from service.batch import executors, studies
 from service.batch.executors import executor
 from service.batch.studies import Study, study
-from service.engine.log_replay import read_log, resolve
+from service.engine.logs.replay import read_log, resolve
 from service.errors import InvalidInput, Unavailable
 from service.model.plan import NormName, ObjectiveName
 from service.model.session import SessionLog

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from service.cli.commands import retention as command
-from service.cli.commands.retention import AGAIN_S, DAY_S, daily, rolling_up
+from service.cli.support import retention as command
+from service.cli.support.retention import AGAIN_S, DAY_S, daily, rolling_up
 from service.runtime.context import Work
 from service.usecases.readings import retention
 from tests.api.readings.test_readings import arrival

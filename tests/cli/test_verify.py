@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.commands.heads import Heads, key_from
 from service.cli.commands.verify import verify_history
+from service.cli.support.heads import Heads, key_from
 from service.errors import Conflict, InvalidInput
 from tests.support.http.workshop import Workshop
 

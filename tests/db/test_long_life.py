@@ -13,7 +13,7 @@ from sqlalchemy import event
 from db import backup, migrate
 from db.database import Database
 from service.cli.commands.transfer import export_sessions, import_sessions
-from service.engine.log_replay import read_log, resolve
+from service.engine.logs.replay import read_log, resolve
 from service.usecases import audit
 from service.usecases.repair import repair
 from tests.support.http.workshop import Workshop, work_over, workshop

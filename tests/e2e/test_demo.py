@@ -12,7 +12,7 @@ import pytest
 
 from db.database import Database
 from service.cli.commands.demo import run_demo
-from service.engine.log_replay import read_log, resolve
+from service.engine.logs.replay import read_log, resolve
 from service.model.base import to_plain, write_json
 from service.model.session import SessionLog
 from service.runtime.context import Work

@@ -33,8 +33,8 @@ def verify(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Compare all that is stored with the history; say what was altered, removed or inserted (status 1)."""
-    from service.cli.commands.heads import Heads, key_from
     from service.cli.commands.verify import verify_history
+    from service.cli.support.heads import Heads, key_from
 
     if head_key is not None and head_to is None:
         raise typer.BadParameter("it signs a file of heads: name one with --head-to", param_hint="--head-key")

@@ -18,9 +18,9 @@ import uvicorn
 from service import bootstrap
 from service.api.auth import is_loopback
 from service.app import create_app
-from service.cli.commands.retention import rolling_up
 from service.cli.support.logs import log_as_json
 from service.cli.support.problem_protocol import ProblemProtocol
+from service.cli.support.retention import rolling_up
 from service.errors import Conflict
 from service.runtime.context import Work
 from service.settings import Settings

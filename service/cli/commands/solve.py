@@ -9,7 +9,7 @@ from rich.console import Console
 
 from service.cli.support import show
 from service.cli.support.log_files import one_log
-from service.engine.log_replay import Resolved, resolve
+from service.engine.logs.replay import Resolved, resolve
 from service.model.base import to_plain
 
 

@@ -6,8 +6,8 @@ from sqlalchemy.exc import DatabaseError
 
 from db import backup
 from service import bootstrap
-from service.cli.commands.heads import Heads
 from service.cli.support.files import counted
+from service.cli.support.heads import Heads
 from service.settings import Settings
 from service.usecases import audit
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from service.cli.support.files import counted
-from service.engine.log_replay import read_log
+from service.engine.logs.replay import read_log
 from service.errors import InvalidInput
 from service.model.session import SessionLog
 

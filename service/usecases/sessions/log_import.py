@@ -22,7 +22,7 @@ from sqlalchemy.exc import IntegrityError
 from db.audit_chain import digest
 from db.rows import CatalogueRow, CorrectionRow, MachineRow, PlanRow, RunRow, SessionRow, StopRow
 from db.store import Store
-from service.engine.log_rules import checked, checked_record, not_a_log
+from service.engine.logs.rules import checked, checked_record, not_a_log
 from service.errors import Conflict
 from service.model.base import document, read_json, to_plain
 from service.model.machine import Catalogue, Machine

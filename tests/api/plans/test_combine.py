@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from service.engine.log_replay import read_log, resolve
+from service.engine.logs.replay import read_log, resolve
 from tests.support.http.workshop import DRUM, LinearDrum, Workshop, mass, vector_of
 
 TRIMS = (

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from service.engine.log_replay import read_log, resolve
+from service.engine.logs.replay import read_log, resolve
 from tests.support.http.as_found import SAME, actions, assert_done, best, holds, net, opened, piece, planned
 from tests.support.http.every_selection import BOX, EverySelection, tiny_machine
 from tests.support.http.workshop import DRUM, Workshop, mass, vectors

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from service.batch.comparing import compare_one
-from service.engine.log_replay import read_log, resolve
+from service.engine.logs.replay import read_log, resolve
 from service.model.base import to_plain
 from tests.support.http.tiny_bench import answer_of, bench_on, tiny_box
 from tests.support.http.workshop import Workshop

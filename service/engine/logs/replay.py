@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
-from service.engine.answer_diff import differences
 from service.engine.correction_solver import solve_correction
 from service.engine.influence_fits import Fitted, fit_again
-from service.engine.log_rules import checked, not_a_log
+from service.engine.logs.answer_diff import differences
+from service.engine.logs.rules import checked, not_a_log
 from service.engine.plan_solver import refitted, solve_plan
 from service.engine.selection_problem import Ground, Posed, pose
 from service.errors import InvalidInput

@@ -1,0 +1,1 @@
+"""Session logs without storage: read, solved again, compared."""
