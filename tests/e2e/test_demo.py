@@ -81,6 +81,7 @@ def solved(file: Path) -> Any:
 def answer(document: dict[str, Any]) -> dict[str, Any]:
     """What must come out again of a correction or plan: all but the time it took and what became of it later."""
     later = {"stale", "state", "version", "fitted", "seconds", "per_method", "bearing_forces_n", "predicted"}
+    later |= {"changed_after_run", "changed_at"}
     return {key: value for key, value in document.items() if key not in later}
 
 

@@ -23,11 +23,11 @@ BAD = [
     (replace(GOOD, planes=()), "at least one correction plane must be stated"),
     (
         replace(GOOD, planes=(PLANE,)),
-        "the objective's matrix must have one row per residual and 1 columns, got the shape 2",
+        r"the objective's matrix must have one row per residual and 1 columns, got the shape \(2, 2\)",
     ),
     (
         replace(GOOD, objective=replace(OBJECTIVE, offset=np.zeros(3, complex))),
-        r"objective\.offset must have the shape 2, got 3",
+        r"objective\.offset must have the shape \(2,\), got \(3,\)",
     ),
     (
         replace(GOOD, objective=replace(OBJECTIVE, matrix=OBJECTIVE.matrix * NAN)),
@@ -46,7 +46,7 @@ BAD = [
     ),
     (
         replace(GOOD, planes=(PLANE, replace(PLANE, capacity=np.ones(3, int)))),
-        r"plane 2\.capacity must have the shape 18, got 3",
+        r"plane 2\.capacity must have the shape \(18,\), got \(3,\)",
     ),
     (
         replace(GOOD, planes=(replace(PLANE, capacity=-np.ones(18, int)), PLANE)),

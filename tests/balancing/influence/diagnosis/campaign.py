@@ -93,6 +93,7 @@ FAULTY = (
     _faulty("trial_response_small", faults.small_trial),
     _faulty("trial_response_small", faults.small_trial_without_scatter),
     _faulty("speed_drift", faults.drifting),
+    _faulty("speed_off_nominal", faults.at_another_speed),
     _faulty("bad_run", faults.mistyped),
     _faulty("sense_mirrored", faults.wrong_phase_sense),
     _faulty("sense_mirrored", faults.wrong_angle_sense),

@@ -49,6 +49,16 @@ def drifting(seed: int) -> Session:
     return session
 
 
+def at_another_speed(seed: int) -> Session:
+    """Every run agrees with the others, and none turns at the speed that it is taken for."""
+    session = Session(seed)
+    masses = session.trial()
+    speed = 1.15 if seed % 2 else 0.85
+    for state in (NONE, masses * [1, 0], masses * [0, 1]):
+        session.run(state, speed=speed)
+    return session
+
+
 def mistyped(seed: int) -> Session:
     """One run of six whose phase, amplitude or masses were typed wrong."""
     session = Session(seed)

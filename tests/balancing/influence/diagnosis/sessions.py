@@ -94,6 +94,7 @@ class Session:
     def circumstances(self) -> Circumstances:
         return Circumstances(
             speed_rpm=np.array([row[3].real for row in self.rows]),
+            nominal_rpm=np.full(len(self.spec.sensors), self.spec.speed_rpm),
             overall=np.array(self.overall),
             check=np.array(self.checks),
             direction=tuple(DIRECTIONS.get(sensor.name[-1]) for sensor in self.spec.sensors),
