@@ -15,6 +15,7 @@ from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
+from sqlalchemy.pool import ConnectionPoolEntry
 
 from db.history import History
 from db.pubsub import Notices
@@ -115,9 +116,16 @@ class Database:
             session.rollback()
 
     def close(self) -> None:
-        """Let go of all connections."""
+        """Close all connections, those that are in use as soon as they are handed back."""
         self.notices.close()
+        # A thread that still has one hands it back to a pool that is not disposed of again.
+        event.listen(self.engine.pool, "checkin", _close_at_once)
         self.engine.dispose()
+
+
+def _close_at_once(connection: object, record: ConnectionPoolEntry) -> None:
+    if connection is not None:
+        record.invalidate()
 
 
 def _require_alive(session: Session) -> None:

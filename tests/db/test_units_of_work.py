@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta, timezone
 import pytest
 from sqlalchemy.exc import IntegrityError, StatementError
 
-from db.database import Undone
+from db.database import Database, Undone
 from db.rows import CatalogueRow, SourceRow
 from tests.support.http.workshop import Workshop
 
@@ -92,3 +92,14 @@ def test_times_come_back_in_utc_whatever_their_zone(shop: Workshop) -> None:
 def test_a_time_without_a_zone_is_refused(shop: Workshop) -> None:
     with pytest.raises(StatementError, match="no zone"), shop.work.write() as store:
         store.add(box(at=NOON.replace(tzinfo=None)))
+
+
+def test_a_connection_that_is_in_use_is_closed_once_it_is_handed_back(url: str) -> None:
+    database = Database(url)
+    held = database.engine.connect()
+    raw = held.connection.dbapi_connection
+    assert raw is not None
+    database.close()
+    held.close()
+    with pytest.raises(Exception, match=r"closed"):
+        raw.cursor().execute("SELECT 1")
