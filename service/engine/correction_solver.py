@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,12 +12,20 @@ from service.balancing.influence.corrections import Correction as Answer
 from service.balancing.influence.corrections import Wishes, least_squares, minimax
 from service.balancing.influence.diagnosis.findings import Circumstances
 from service.balancing.influence.diagnosis.planes import significance
-from service.balancing.influence.fit import predict
+from service.balancing.influence.diagnosis.readings import examine as examine_readings
+from service.balancing.influence.fit import Prediction, predict
 from service.balancing.influence.static_couple import decoupled, static_couple_modes
-from service.balancing.influence.uncertainty import placement_covariance, predict_fitted, resampled_covariance
-from service.balancing.rotor.phasors import ComplexArray, FloatArray, polar, to_radians
+from service.balancing.influence.uncertainty import blur, predict_fitted, resampled_covariance, simulated_moment
+from service.balancing.rotor.phasors import ComplexArray, polar
 from service.engine import balance_quality, mapping
-from service.engine.influence_fits import Fitted, fit_runs, fit_saved, fit_without_phase
+from service.engine.evidence.verdict import off_speed
+from service.engine.influence_fits import (
+    Fitted,
+    fit_runs,
+    fit_saved_or_runs,
+    fit_without_phase,
+    placement_errors,
+)
 from service.engine.mapping import Channel
 from service.engine.validation import check_masses, plane_index, require_unique
 from service.errors import InvalidInput, NumericsError
@@ -39,6 +48,8 @@ _FOREIGN = {
 }
 NO_RESPONSE = 1e-10
 """Part of the vibration below which a change is rounding of the numbers sent."""
+_BLURRED = 0.1
+"""Uncertainty of the coefficients, see `blur`, from which the scatter of a correction is simulated."""
 _RESAMPLING_SEED = 20260102
 """Of the draws behind intervals that have no closed form: the same runs give the same intervals."""
 
@@ -65,16 +76,17 @@ def solve_correction(
     if request.source == "balancer":
         return _balancer(machine, runs, request, number, key, on_rotor)
     used = tuple(run.number for run in runs)
+    held: tuple[Diagnostic, ...] = ()
     if request.source == "saved_influence":
         if saved is None:
             raise InvalidInput(Message("no_influence.not_saved"), field="source", value=request.source)
-        fitted, last = fit_saved(machine, runs, run_out, saved)
-        used = (last,)
+        fitted, used, held = fit_saved_or_runs(machine, runs, run_out, saved)
     elif request.source == "amplitude_only":
         fitted = fit_without_phase(machine, runs)
     else:
         fitted = fit_runs(machine, runs, run_out, earlier)
-    return _answered(machine, runs, request, fitted, number, key, used, saved, earlier, on_rotor)
+    answer = _answered(machine, runs, request, fitted, number, key, used, saved, earlier, on_rotor)
+    return replace(answer, diagnostics=(*held, *answer.diagnostics))
 
 
 def _answered(
@@ -106,12 +118,13 @@ def _answered(
         initial=mapping.sensor_vectors(machine, fitted.rows, as_found),
         corrections=mapping.plane_masses(machine, answer.masses, answer.covariance, dof),
         trim=mapping.plane_masses(machine, answer.masses - present),
-        predicted=mapping.sensor_vectors(machine, fitted.rows, answer.predicted),
+        predicted=expected_vectors(machine, fitted, answer.predicted),
         quality=_quality(fitted, answer),
         static_couple=balance_quality.static_couple_of(machine, answer.masses),
         tolerance=balance_quality.tolerance_of(machine, answer.masses - present, answer.covariance, dof),
         tolerance_missing=None if ungraded is None else render(ungraded),
         tolerance_missing_data=message_data(ungraded),
+        repeatability=None if fitted.known is None else fitted.known.repeatability,
         alternatives=_alternatives(machine, fitted, request, asked),
         saved_influence=saved if request.source == "saved_influence" else None,
         earlier_runs=earlier,
@@ -178,17 +191,27 @@ def predicted_with(
     fitted: Fitted | None,
     masses: ComplexArray,
     pieces: Sequence[Placement] = (),
-    angle_sd_deg: float = 0.0,
-    mass_sd_g: float = 0.0,
+    angle_sd_deg: float | None = None,
+    mass_sd_g: float | None = None,
 ) -> tuple[SensorVector, ...]:
     """Vibration to expect with masses (P,) complex g on the as-found rotor; empty without a fit.
 
-    pieces: how they are made up, placed with these standard deviations of angle and mass each.
+    pieces: how they are made up, placed with these standard deviations of angle and mass each; by default those that
+    the fit takes for the pieces of its runs.
     """
     if fitted is None:
         return ()
-    spread = _placement_spread(machine, pieces, angle_sd_deg, mass_sd_g)
-    return mapping.sensor_vectors(machine, fitted.rows, predict_fitted(fitted.fit, masses, spread))
+    spread, kept = placement_errors(machine, fitted, pieces, angle_sd_deg, mass_sd_g)
+    return expected_vectors(machine, fitted, predict_fitted(fitted.fit, masses, spread, kept=kept))
+
+
+def expected_vectors(machine: Machine, fitted: Fitted, true: Prediction) -> tuple[SensorVector, ...]:
+    """Vectors to expect, with the interval of the true amplitude and that of the next reading."""
+    if fitted.known is None or fitted.reading is None:
+        return mapping.sensor_vectors(machine, fitted.rows, true)
+    share = fitted.known.errors.per_component
+    spread = np.sqrt(true.scatter**2 + fitted.reading**2 + (share * np.abs(true.vibration)) ** 2)
+    return mapping.sensor_vectors(machine, fitted.rows, true, Prediction(true.vibration, spread, true.dof))
 
 
 def _require_response(fitted: Fitted) -> None:
@@ -204,13 +227,22 @@ def _solve(machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: 
         return _static_couple(machine, fitted)
     solve = minimax if request.method == "minimax" else least_squares
     answer = solve(fitted.fit, None, asked)
-    if np.isfinite(answer.covariance).all() or request.source == "amplitude_only":
+    if request.source == "amplitude_only":
         return answer
-    # Minimax, and a limit that binds, have no derivative to carry the scatter through: resample instead.
-    spread = resampled_covariance(
-        fitted.fit, lambda fit: solve(fit, None, asked).masses, np.random.default_rng(_RESAMPLING_SEED)
-    )
+    rng = np.random.default_rng(_RESAMPLING_SEED)
+    if not np.isfinite(answer.covariance).all():
+        # Minimax, and a limit that binds, have no derivative to carry the scatter through: resample instead.
+        spread = resampled_covariance(fitted.fit, lambda fit: solve(fit, None, asked).masses, rng)
+    elif _free(asked) and blur(fitted.fit, asked.weights) > _BLURRED:
+        spread = simulated_moment(fitted.fit, asked.weights, rng)
+    else:
+        return answer
     return Answer(answer.masses, answer.predicted, spread, answer.objective, answer.lower_bound)
+
+
+def _free(asked: Wishes) -> bool:
+    """Whether nothing but the weights of the sensors decides a correction."""
+    return asked.planes is None and asked.mounted_later is None and not asked.damping and asked.max_mass is None
 
 
 def _static_couple(machine: Machine, fitted: Fitted) -> Answer:
@@ -234,11 +266,16 @@ def _diagnostics(
     asked: Wishes,
     answer: Answer,
 ) -> tuple[Diagnostic, ...]:
-    if request.source == "fit":
+    speeds = _speeds(machine, fitted.rows)
+    if len(fitted.runs.masses) > 1 and request.source != "amplitude_only":
         found = diagnose(fitted.runs, fitted.fit, answer, asked, circumstances(runs, fitted.rows))
-        return mapping.diagnostics(machine, runs, fitted.rows, found)
+        return (*speeds, *mapping.diagnostics(machine, runs, fitted.rows, found))
+    last = runs[-len(fitted.runs.masses) :]
+    seen = mapping.diagnostics(
+        machine, last, fitted.rows, tuple(examine_readings(fitted.runs, fitted.fit, circumstances(last, fitted.rows)))
+    )
     if fitted.amplitudes is None or fitted.amplitudes.resolving_run is None:
-        return ()
+        return (*speeds, *seen)
     names = [plane.name for plane in machine.planes]
     extra = [
         Message("piece_at", mass=Quantity(mass, "g"), angle=Quantity(angle, "deg"), plane=name)
@@ -247,7 +284,26 @@ def _diagnostics(
         if mass > 0.0
     ]
     told = Message("ambiguous_without_phase", corrections=len(fitted.amplitudes.models), masses=extra)
-    return (diagnostic(told, "warning"),)
+    return (*speeds, *seen, diagnostic(told, "warning"))
+
+
+def _speeds(machine: Machine, rows: Sequence[Channel]) -> tuple[Diagnostic, ...]:
+    """Say so where nothing was measured at the service speed: what was found holds for another one."""
+    service = machine.service_speed_rpm
+    measured = sorted({row.speed_rpm for row in rows})
+    if any(not off_speed(rpm, service) for rpm in measured):
+        return ()
+    nearest = min(measured, key=lambda rpm: abs(rpm - service))
+    return (
+        Diagnostic(
+            code="service_speed_not_measured",
+            severity="warning",
+            message=f"no run is at the service speed {service:g} r/min: what is stated holds at {nearest:g} r/min only",
+            advice="Take the runs at the service speed, or at least the check run; a vibration changes with the third "
+            "power of the speed, and faster near a resonance.",
+            parameters={"service_rpm": service, "measured_rpm": nearest},
+        ),
+    )
 
 
 def _alternatives(
@@ -322,15 +378,3 @@ def _present(machine: Machine, runs: Sequence[Run], on_rotor: tuple[MassOnRotor,
     """Masses (P,) complex g on the rotor now; where that is not known, those of the latest run."""
     last = runs[-1].masses if runs else ()
     return mapping.mass_vectors(machine, last if on_rotor is None else on_rotor)
-
-
-def _placement_spread(
-    machine: Machine, pieces: Sequence[Placement], angle_sd_deg: float, mass_sd_g: float
-) -> FloatArray:
-    count = len(machine.planes)
-    masses = mapping.as_masses(pieces)
-    vectors = np.array([m.mass_g * np.exp(1j * to_radians(m.angle_deg, machine.angle_sense)) for m in masses])
-    planes = np.array([plane_index(machine, m.plane, "plane") for m in masses], dtype=np.int64)
-    if not masses:
-        return np.zeros((2 * count, 2 * count))
-    return placement_covariance(vectors, planes, count, mass_sd_g, np.radians(angle_sd_deg))

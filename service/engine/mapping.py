@@ -186,9 +186,17 @@ def limits(machine: Machine, rows: Sequence[Channel]) -> FloatArray:
     return np.array([limit_of(machine, row) or 1.0 for row in rows])
 
 
-def sensor_vectors(machine: Machine, rows: Sequence[Channel], prediction: Prediction) -> tuple[SensorVector, ...]:
-    """Predicted vectors with their intervals; rows that the fit left out are left out here."""
+def sensor_vectors(
+    machine: Machine, rows: Sequence[Channel], prediction: Prediction, reading: Prediction | None = None
+) -> tuple[SensorVector, ...]:
+    """Predicted vectors with their intervals; rows that the fit left out are left out here.
+
+    reading: the same for what the next run will read.
+    """
     low, high = amplitude_interval(prediction.vibration, prediction.scatter, prediction.dof, CONFIDENCE)
+    lowest, highest = np.full(len(rows), np.nan), np.full(len(rows), np.nan)
+    if reading is not None:
+        lowest, highest = amplitude_interval(reading.vibration, reading.scatter, reading.dof, CONFIDENCE)
     out = []
     for s, row in enumerate(rows):
         if not np.isfinite(prediction.vibration[s]):
@@ -203,6 +211,7 @@ def sensor_vectors(machine: Machine, rows: Sequence[Channel], prediction: Predic
                 scatter=known(prediction.scatter[s]),
                 interval=interval(low[s], high[s]),
                 limit=limit_of(machine, row),
+                reading_interval=interval(lowest[s], highest[s]),
             )
         )
     return tuple(out)

@@ -179,8 +179,8 @@ def _predicted(posed: Posed, vectors: ComplexArray, pieces: Sequence[Placement])
         posed.fitted,
         vectors,
         pieces,
-        request.angle_tolerance_deg or 0.0,
-        request.mass_tolerance_g or 0.0,
+        request.angle_tolerance_deg,
+        request.mass_tolerance_g,
     )
 
 

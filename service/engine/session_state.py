@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, Protocol
 
+from service.engine.evidence.follow_up import STOPS
 from service.errors import OutOfOrder
 from service.messages import Message, Word
 from service.model.correction import Correction
@@ -153,6 +154,8 @@ def next_step(progress: Progress) -> str:
     step = progress.step
     if step == "correction" and progress.corrections:
         return "ask for corrections again: the runs changed since"
+    if step == "decide" and progress.used and any(one.code in STOPS for one in progress.used[-1].warnings):
+        return "stop: take the masses of this round off again, then take a trial run in each plane"
     if step not in ("initial", "trial") or not progress.used or progress.stop is not None:
         return _NEXT[step]
     missing = ["an initial run"] if progress.needs_initial else []

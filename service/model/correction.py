@@ -72,9 +72,12 @@ class SensorVector:
     scatter: float | None = None
     """Standard deviation per real component of the vector; null where it cannot be known."""
     interval: Interval | None = None
-    """Interval of the amplitude; null where it cannot be known."""
+    """Interval of the amplitude of the true vector; null where it cannot be known."""
     limit: float | None = None
     """The limit that applies, in the sensor's unit; null without one."""
+    reading_interval: Interval | None = None
+    """Interval of the amplitude that the next run will read: the true vector, its repeatability and the scatter of a
+    reading; null where it cannot be known."""
 
 
 @document
@@ -160,6 +163,18 @@ class PlaneMass:
 
 
 @document
+class Repeatability:
+    """How well the machine repeats its vibration from start to start, as the intervals take it."""
+
+    share: float
+    """Standard deviation of a 1x vector from start to start, as a share of its amplitude, both components together."""
+    source: Literal["stated", "learned", "default"]
+    """stated of the machine; learned from runs of the same masses; or the usual value."""
+    degrees_of_freedom: int | None
+    """Real degrees of freedom of the runs it was learned from; null where it was not."""
+
+
+@document
 class FitQuality:
     """How well the runs determine the influence coefficients, and how near the method came to its aim."""
 
@@ -219,3 +234,5 @@ class Correction:
     """Why `tolerance` is null although the machine states a grade; null otherwise."""
     tolerance_missing_data: MessageData | None = None
     """`tolerance_missing` as data."""
+    repeatability: Repeatability | None = None
+    """What the intervals take for the repeatability of the machine; null for a balancer's answer."""

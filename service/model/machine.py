@@ -9,6 +9,7 @@ from annotated_types import Ge, Le, Len
 
 from service.model.base import MAX_LIST, AngleDeg, Count, Finite, Name, NotNegative, Positive, Small, document
 
+Share = Annotated[float, Ge(0), Le(0.5)]
 Rotation = Literal["cw", "ccw"]
 AngleSense = Literal["against_rotation", "with_rotation"]
 PhaseSense = Literal["lag", "lead"]
@@ -87,6 +88,22 @@ class Sensor:
 
 
 @document
+class Uncertainty:
+    """What readings and masses of a machine err by, besides the scatter stated with a reading; null: the default."""
+
+    repeatability: Share | None = None
+    """Standard deviation of a 1x vector from start to start of the same rotor, as a share of its amplitude, both
+    components together. Default: learned from repeated runs, else 0.02, which is 0.014 per real component."""
+    drift_per_run: Share | None = None
+    """Standard deviation of the change from one run to the next while the machine warms up, as a share of the
+    amplitude, all sensors alike; default 0."""
+    mass_sd: Share | None = None
+    """Standard deviation of the mass of a piece, as a share of it; default 0.005."""
+    angle_sd_deg: Annotated[float, Ge(0), Le(30)] | None = None
+    """Standard deviation of the angle of a piece, degrees; default 0.5."""
+
+
+@document
 class Machine:
     """A machine with one drum: geometry, sensors and the conventions of every number about it."""
 
@@ -114,6 +131,8 @@ class Machine:
     """lag: degrees the rotor turns from the mark passing the pick-up to the next positive peak; lead: its negative."""
     bearings: Annotated[tuple[Bearing, ...], MAX_LIST] = ()
     """The bearings; without them they stand at the sensors' axial positions."""
+    uncertainty: Uncertainty | None = None
+    """What its readings and masses err by from run to run; null: learned from its runs, else usual values."""
     planes: Annotated[tuple[Plane, ...], Len(1, 8)]
     """The correction planes."""
     sensors: Annotated[tuple[Sensor, ...], Len(1, 64)]

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from db.rows import PlanRow, SessionRow
 from db.store import Store
+from service.engine.evidence.verdict import unchecked
 from service.engine.rotor_state import Drum, on_rotor, updated
 from service.engine.session_state import Progress, next_step
-from service.engine.verdict import unchecked
 from service.model.plan import Plan
 from service.model.session import Session, SessionSummary, SetApart
 from service.runtime.context import require

@@ -62,7 +62,7 @@ TOLD = (
     "service/usecases/readings/run_averaging.py",
     "service/usecases/access/tokens.py",
     "service/runtime/solver_slots.py",
-    "service/engine/verdict.py",
+    "service/engine/evidence/*.py",
     "service/runtime/context.py",
     "service/web/form_tokens.py",
     "service/web/routers/login.py",

@@ -210,6 +210,11 @@ def covariance(fit: InfluenceFit, problem: _Problem, masses: ComplexArray, ridge
         carry[:, count:, 1 + changed] -= side * pulled.conj()[:, None]
     carry *= w[:, None, None]
     spread = (carry @ fit.covariance[problem.used] @ carry.conj().swapaxes(1, 2)).sum(axis=0)
+    if len(fit.shared):
+        # Errors of all sensors together add up before they are squared.
+        each = (carry @ fit.shared[:, problem.used, :, None])[..., 0]
+        whole = each.sum(axis=1)
+        spread += whole.T @ whole.conj() - np.einsum("jsa,jsb->ab", each, each.conj())
     proper = spread[:count, :count] + spread[count:, count:].conj()
     pseudo = spread[:count, count:] + spread[:count, count:].T
     block = np.empty((count, 2, count, 2))

@@ -28,6 +28,7 @@ __all__ = [
     "condition",
     "fit_influence",
     "predict",
+    "refuted",
 ]
 
 KNOWN_SCATTER = int(np.iinfo(np.int64).max)
@@ -67,7 +68,9 @@ class InfluenceFit:
     the covariance is nan. condition: of A with its columns scaled to length 1 (inf when planes are dependent).
     residuals: (K, S) complex, measured minus fitted; nan where not measured. chi_square: (S,) sum of squared
     standardised residuals where scatter was stated, else nan. leverage: (K, S) share of each reading in its own fitted
-    value: at 1 nothing else can contradict it.
+    value: at 1 nothing else can contradict it. estimator: (S, P + 1, K) complex, (v0, row of A) = estimator @ readings.
+    shared: (J, S, P + 1) complex, errors of (v0, row of A) that all sensors have together, for one standard deviation
+    per real component of each of J circular errors; their part is in `covariance` as well.
     """
 
     influence: ComplexArray
@@ -80,6 +83,8 @@ class InfluenceFit:
     chi_square: FloatArray
     leverage: FloatArray
     labels: Labels = field(default_factory=Labels)
+    estimator: ComplexArray = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=np.complex128))
+    shared: ComplexArray = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=np.complex128))
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,7 @@ def fit_influence(runs: RunSet, incomplete: Literal["refuse", "leave_out"] = "re
     inverse = right.conj().swapaxes(1, 2) / singular[:, None, :]
     inverse[:, 1:] /= scale[:, None]
     measured = runs.vibration if complete else np.where(present, runs.vibration, 0.0)
+    estimator = (inverse @ left.conj().swapaxes(1, 2)) * weight.T[:, None, :]
     solved = (inverse @ (left.conj().swapaxes(1, 2) @ (weight * measured).T[:, :, None]))[:, :, 0]
 
     initial, influence = solved[:, 0].copy(), solved[:, 1:].copy()
@@ -134,7 +140,7 @@ def fit_influence(runs: RunSet, incomplete: Literal["refuse", "leave_out"] = "re
     variance, scatter_dof, chi_square = _variance(residuals, weight, unit, dof, stated, complete)
     covariance = variance[:, None, None] * (inverse @ inverse.conj().swapaxes(1, 2))
     if not whole:
-        for part in (initial, influence, covariance, residuals.T):
+        for part in (initial, influence, covariance, residuals.T, estimator):
             part[~solvable] = np.nan
         dof, scatter_dof = np.where(solvable, dof, 0), np.where(solvable, scatter_dof, 0)
     return InfluenceFit(
@@ -148,6 +154,7 @@ def fit_influence(runs: RunSet, incomplete: Literal["refuse", "leave_out"] = "re
         chi_square=chi_square,
         leverage=(left.real**2 + left.imag**2).sum(axis=2).T,
         labels=runs.labels,
+        estimator=estimator,
     )
 
 
@@ -211,7 +218,7 @@ def _variance(
     away = weight * np.abs(residuals)
     total = ((away if complete else np.where(weight > 0.0, away, 0.0)) ** 2).sum(axis=0)
     chi_square = np.where(stated, total * unit**2, np.nan)
-    believed = stated & ~_refuted(chi_square, dof)
+    believed = stated & ~refuted(chi_square, dof)
     if believed.all():
         return unit**-2.0, np.full(len(dof), KNOWN_SCATTER), chi_square
     estimated = np.divide(total, dof, out=np.full(total.shape, np.nan), where=dof > 0)
@@ -219,7 +226,7 @@ def _variance(
     return variance, np.where(believed, KNOWN_SCATTER, np.where(dof > 0, dof, 0)), chi_square
 
 
-def _refuted(chi_square: FloatArray, dof: IntArray) -> NDArray[np.bool_]:
+def refuted(chi_square: FloatArray, dof: IntArray) -> NDArray[np.bool_]:
     """Whether the residuals are far larger than the scatter stated allows."""
     # Wilson-Hilferty: a screen against the mean spares the quantile in the usual case.
     if not (chi_square > np.maximum(dof, 1)).any():

@@ -105,3 +105,15 @@ def designs(
     from service.bench.designs import bench_designs
 
     raise SystemExit(0 if bench_designs(markdown=markdown, seeds=seeds, searches=searches) else 1)
+
+
+@app.command()
+def trust(
+    markdown: Markdown = False,
+    sessions: Annotated[int, typer.Option(min=1, help="Sessions of each rotor and set of errors.")] = 2000,
+    rotors: Annotated[str, typer.Option(help="Rotors, by letter, with commas between.")] = "a,a-stiff,b,c,d,e",
+) -> None:
+    """How often what is stated is true: intervals beside rotors that share no code with the product."""
+    from service.bench.trust.table import bench_trust
+
+    raise SystemExit(0 if bench_trust(sessions, rotors.split(","), markdown=markdown) else 1)

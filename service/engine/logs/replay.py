@@ -78,7 +78,10 @@ class _Wanted:
 
 
 def _correction(log: SessionLog, given: Correction) -> Correction:
-    if given.runs:
+    if given.runs and given.request.source == "saved_influence":
+        # Whether saved coefficients hold is told by all runs until then.
+        runs = tuple(run for run in log.runs if run.number <= max(given.runs) and not run.excluded)
+    elif given.runs:
         runs = tuple(run for run in log.runs if run.number in given.runs)
     else:
         runs = tuple(run for run in log.runs if not run.excluded)

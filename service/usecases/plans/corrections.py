@@ -44,9 +44,23 @@ def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
             earlier=_earlier_runs(store, session, request.earlier_sessions or ()),
             on_rotor=on_rotor(stored_drum(store, session)),
         )
+        _require_valid_coefficients(correction)
         store.add(CorrectionRow(id=correction.id, session_id=session.id, number=number, correction=correction))
         session.state = state
         return correction
+
+
+def _require_valid_coefficients(correction: Correction) -> None:
+    """Refuse another round by coefficients that this session's runs contradict: it would make matters worse."""
+    wrong = next((one for one in correction.diagnostics if one.code == "coefficients_outdated"), None)
+    if wrong is not None:
+        raise Conflict(
+            wrong.message,
+            code=wrong.code,
+            field="source",
+            value=correction.request.source,
+            advice="take a trial run in each plane and ask for a correction of source fit",
+        )
 
 
 def _earlier_runs(store: Store, session: SessionRow, keys: tuple[str, ...]) -> tuple[tuple[Run, ...], ...]:

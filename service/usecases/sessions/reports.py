@@ -11,8 +11,9 @@ import numpy as np
 from service.balancing.influence.corrections import least_squares
 from service.balancing.influence.trim import combined, saved_mass
 from service.balancing.rotor.phasors import phasor, polar
-from service.engine import balance_quality, mapping, verdict
+from service.engine import balance_quality, mapping
 from service.engine.correction_solver import examined
+from service.engine.evidence import verdict
 from service.engine.influence_fits import fit_runs
 from service.engine.rotor_state import Drum, on_rotor
 from service.errors import InvalidInput

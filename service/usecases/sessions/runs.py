@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 
-from db.rows import PlanRow, RunRow, SessionRow
+from db.rows import CorrectionRow, PlanRow, RunRow, SessionRow
 from db.store import Store
 from service.engine import mapping, session_state
 from service.engine.balance_quality import speed_warnings, trial_warnings
+from service.engine.evidence.follow_up import follow_up
 from service.engine.validation import check_masses, sensor_index
 from service.errors import InvalidInput, NotFound
 from service.messages import Message, Word
 from service.model.base import to_plain
+from service.model.diagnostic import Diagnostic
 from service.model.machine import Machine
 from service.model.run import MassOnRotor, Run, RunPatch, RunReading, RunRequest
 from service.runtime.context import Work, require
@@ -42,6 +44,8 @@ def add(work: Work, session_id: str, request: RunRequest) -> Run:
             taken_at=work.now(),
             warnings=(*speed_warnings(machine, nominal, readings), *heavy),
         )
+        if request.kind == "check":
+            run = replace(run, warnings=(*run.warnings, *_follow_up(store, session, run)))
         if request.supersedes is not None:
             mistyped = _run_of(store, session, request.supersedes)
             mistyped.run = replace(mistyped.run, excluded=True, reason=f"superseded by run {run.number}")
@@ -73,6 +77,16 @@ def outdate(store: Store, session_id: str) -> None:
     for plan in store.plans(session_id):
         if plan.plan.state != "fitted" and not plan.plan.stale:
             plan.plan = replace(plan.plan, stale=True)
+
+
+def _follow_up(store: Store, session: SessionRow, check: Run) -> tuple[Diagnostic, ...]:
+    """What a check run says of the plan that it follows; of other masses than the plan's it says nothing."""
+    plan = require(store, PlanRow, session.fitted_plan_id or "").plan
+    if check.masses != mapping.masses_on_rotor(plan):
+        return ()
+    correction = require(store, CorrectionRow, plan.correction_id).correction
+    earlier = [row.run for row in store.runs(session.id) if not row.run.excluded]
+    return follow_up(session.machine, earlier, session.run_out, check, plan, correction.request.source)
 
 
 def _run_of(store: Store, session: SessionRow, run_id: str) -> RunRow:

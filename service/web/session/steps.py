@@ -9,11 +9,13 @@ from fastapi.responses import HTMLResponse
 from markupsafe import Markup
 
 from service.engine import mapping
+from service.engine.evidence.follow_up import STOPS
 from service.engine.rotor_state import changes_to, mounted, trial_piece
 from service.engine.trial_check import Answer, TrialEffect, answer_of, effect_of, force_of
 from service.engine.validation import highest_speed, label_at
 from service.errors import DrumtrueError, InvalidInput
 from service.messages import Message
+from service.model.diagnostic import Diagnostic
 from service.model.influence import TrialMassSuggestion
 from service.model.machine import StoredCatalogue
 from service.model.plan import Plan
@@ -306,6 +308,7 @@ def _decide(page: Page, guide: Guide) -> dict[str, Any]:
         "report": report,
         "outcome": report.verdict.outcome,
         "unjudged": report.verdict.unjudged,
+        "stopped": _stopped(guide),
         "taught": _taught(page, guide),
         "trim_source": trim_source(guide),
         "pictures": pictures.bars(guide.session, report.before_after, page.preferences),
@@ -317,6 +320,12 @@ def trim_source(guide: Guide) -> str:
     """What a trim is computed from: a fit as soon as the runs allow it, else what the last correction came from."""
     last = guide.session.corrections[-1].request.source if guide.session.corrections else "fit"
     return "fit" if guide.progress.can_fit else last
+
+
+def _stopped(guide: Guide) -> tuple[Diagnostic, ...]:
+    """Why no further round like the last one should be made."""
+    last = guide.used[-1] if guide.used else None
+    return () if last is None else tuple(one for one in last.warnings if one.code in STOPS)
 
 
 def _taught(page: Page, guide: Guide) -> bool | None:
