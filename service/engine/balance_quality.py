@@ -14,11 +14,14 @@ from service.engine import mapping
 from service.engine.validation import highest_speed, plane_index
 from service.errors import InvalidInput, NumericsError
 from service.messages import Message, Quantity
-from service.model.correction import BearingTolerance, StaticCouple, Tolerance
+from service.model.correction import Assumption, BearingTolerance, StaticCouple, Tolerance
 from service.model.diagnostic import Diagnostic, diagnostic
 from service.model.influence import TrialMassSuggestion
 from service.model.machine import Machine
 from service.model.run import MassOnRotor, RunReading
+
+ASSUMPTIONS: tuple[Assumption, ...] = ("rigid_rotor", "no_bow")
+"""What a balance quality from vibration assumes: runs at one speed cannot show either."""
 
 
 def tolerance_of(machine: Machine, still_needed: ComplexArray, covariance: FloatArray, dof: int) -> Tolerance | None:
@@ -46,6 +49,7 @@ def tolerance_of(machine: Machine, still_needed: ComplexArray, covariance: Float
         interval=mapping.interval(now.low, now.high),
         within=now.within,
         surely=now.surely,
+        assumptions=ASSUMPTIONS,
     )
 
 

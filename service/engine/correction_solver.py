@@ -104,7 +104,7 @@ def _answered(
     if request.source == "fit" and not any(earlier):
         _require_response(fitted)
     asked = wishes(machine, runs, fitted.rows, request, on_rotor)
-    answer = _solve(machine, fitted, request, asked)
+    answer = _solved(machine, runs, fitted, request, asked)
     fit, dof = fitted.fit, int(fitted.fit.scatter_dof.min())
     as_found = predict(fit, np.zeros(len(machine.planes), dtype=complex))
     present = _present(machine, runs, on_rotor)
@@ -220,6 +220,43 @@ def _require_response(fitted: Fitted) -> None:
     moved = np.abs(fitted.fit.influence[used]) @ np.abs(fitted.runs.masses).max(axis=0)
     if (moved <= NO_RESPONSE * np.nan_to_num(np.abs(fitted.runs.vibration[:, used])).max(axis=0)).all():
         raise NumericsError(Message("planes_dependent.no_response"), field="runs", value=float(moved.max(initial=0.0)))
+
+
+def _solved(machine: Machine, runs: Sequence[Run], fitted: Fitted, request: CorrectionRequest, asked: Wishes) -> Answer:
+    """Solve; where the planes cannot be told apart because a sensor is dead or gave nothing, raise that instead."""
+    try:
+        return _solve(machine, fitted, request, asked)
+    except NumericsError as error:
+        cause = _dead_sensor(runs, fitted) if error.code == "planes_dependent" else None
+        if cause is None:
+            raise
+        raise cause from error
+
+
+def _dead_sensor(runs: Sequence[Run], fitted: Fitted) -> NumericsError | None:
+    """A sensor that reads the same in all runs, or lacks too many readings: the first such sensor, and its runs."""
+    vibration = fitted.runs.vibration
+    for s, row in enumerate(fitted.rows):
+        name, seen = row.sensor.name, np.isfinite(vibration[:, s])
+        own = [run for run in runs if run.nominal_speed_rpm == row.speed_rpm]
+        lacking = [run.number for run in own if all(r.sensor != name or r.phase_deg is None for r in run.readings)]
+        if lacking and not np.isfinite(fitted.fit.initial[s]):
+            return NumericsError(
+                f"{name} gave nothing in runs {', '.join(map(str, lacking))}: without it planes cannot be told apart",
+                code="sensor_incomplete",
+                field="runs",
+                value=lacking,
+                advice="repeat the runs in which it gave nothing, with the same masses",
+            )
+        if seen.sum() > 1 and np.ptp(np.abs(vibration[seen, s])) <= 1e-9 * np.abs(vibration[seen, s]).max():
+            return NumericsError(
+                f"{name} reads the same in all runs: it is dead, and without it planes cannot be told apart",
+                code="sensor_stuck" if np.abs(vibration[seen, s]).max() > 0.0 else "sensor_silent",
+                field="runs",
+                value=name,
+                advice="check its cable and its mounting, then measure again",
+            )
+    return None
 
 
 def _solve(machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: Wishes) -> Answer:

@@ -12,6 +12,7 @@ from service.model.influence import Coefficient, SavedInfluence
 from service.model.message import MessageData
 from service.model.run import MassOnRotor, Run
 
+Assumption = Literal["rigid_rotor", "no_bow"]
 CorrectionMethod = Literal["least_squares", "weighted", "minimax", "static_couple"]
 CorrectionSource = Literal["fit", "balancer", "saved_influence", "amplitude_only"]
 
@@ -139,7 +140,10 @@ class Tolerance:
     within: bool
     """Whether the grade reached is within the grade asked for."""
     surely: bool
-    """Whether even the upper end of the interval is."""
+    """Deprecated: whether the upper end of the interval is within the grade too; it holds under `assumptions` only."""
+    assumptions: tuple[Assumption, ...] = ()
+    """What the figures assume and the runs do not show: rigid_rotor: the rotor does not bend at its speed; no_bow: all
+    vibration at the speed of rotation comes from unbalance, nothing of it from a bow, run-out or the drive."""
 
 
 @document

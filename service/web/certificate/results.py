@@ -94,7 +94,8 @@ def quality(report: Report, reader: Reader) -> tuple[Part, ...]:
         (b.bearing, show.unbalance(b.permissible_gmm), show.unbalance(b.residual_gmm)) for b in tolerance.bearings
     )
     heads = (_("Bearing"), _("Permissible"), _("Residual"))
-    return facts, Table(heads, rows, (40, 30, 30), frozenset({1, 2}))
+    assumed = Lines((_("Assumes a rigid rotor, all of whose vibration at the speed of rotation is from unbalance."),))
+    return facts, Table(heads, rows, (40, 30, 30), frozenset({1, 2})), assumed
 
 
 def masses(session: Session, plan: Plan | None, reader: Reader) -> tuple[Part, ...]:
