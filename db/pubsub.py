@@ -17,7 +17,7 @@ from sqlalchemy import Engine, event, text
 from sqlalchemy.orm import Session
 
 CHANNEL = "drumtrue"
-LEAST_GAP_S = 0.2
+MIN_GAP_S = 0.2
 """Other processes are told of a machine's readings no more often: commits that notify queue behind each other."""
 RETRY_S = 1.0
 LISTEN_S = 0.5
@@ -85,9 +85,9 @@ class Notices:
     def _due(self, topics: Iterable[str]) -> list[str]:
         now = self._monotonic()
         with self._lock:
-            due = [topic for topic in sorted(topics) if now - self._told.get(topic, -LEAST_GAP_S) >= LEAST_GAP_S]
+            due = [topic for topic in sorted(topics) if now - self._told.get(topic, -MIN_GAP_S) >= MIN_GAP_S]
             if due:
-                self._told = {key: at for key, at in self._told.items() if now - at < LEAST_GAP_S}
+                self._told = {key: at for key, at in self._told.items() if now - at < MIN_GAP_S}
                 self._told.update(dict.fromkeys(due, now))
         return due
 

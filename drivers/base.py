@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from typing import Literal
 
-from drivers.closeable import Opened
+from drivers.closeable import Openable
 from drivers.errors import BrokenSource, DriverClosed, InvalidSetting
 from drivers.protocol import Health
 from drivers.reading import Reading
 
 
-class BaseDriver(Opened):
+class BaseDriver(Openable):
     """Template of a driver: a child writes `_next`, and `_connect` and `_disconnect` where it holds something.
 
     `_closed` is set while the driver is closed: a child that waits, waits on it.

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Self
 
 
-class Closed(ABC):
+class Closeable(ABC):
     """Something that is open from its making and closed at the end of a with block."""
 
     @abstractmethod
@@ -23,7 +23,7 @@ class Closed(ABC):
         self.close()
 
 
-class Opened(Closed):
+class Openable(Closeable):
     """Something that is opened by a with block, or by `open`."""
 
     @abstractmethod

@@ -16,9 +16,9 @@ from service.api.limits import BodyLimit
 from service.api.request_rules import RequestRules
 from service.api.routers import arrangements, blocks, designs, health, history, live, machines, readings, sessions
 from service.api.telemetry import Observed
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.settings import Settings
-from service.usecases.access.login_throttle import Attempts
+from service.usecases.access.login_throttle import LoginThrottle
 from service.version import __version__
 from service.web import pages
 from service.web.routers import reports
@@ -26,7 +26,7 @@ from service.web.routers import reports
 PREFIX = "/api/v1"
 
 
-def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
+def create_app(settings: Settings, work: AppContext | None = None) -> FastAPI:
     """The application over a database; a `work` handed in is used as it is and closed by its owner."""
 
     @asynccontextmanager
@@ -46,7 +46,7 @@ def create_app(settings: Settings, work: Work | None = None) -> FastAPI:
         generate_unique_id_function=lambda route: route.name,
     )
     app.state.ending = lambda: False  # who serves the application says when it is to end
-    app.state.attempts = Attempts(time.monotonic)
+    app.state.attempts = LoginThrottle(time.monotonic)
     app.add_middleware(BodyLimit, most=settings.max_body_bytes)
     app.add_middleware(Guard, loopback=settings.loopback)
     app.add_middleware(RequestRules)

@@ -12,8 +12,8 @@ from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, Oper
 from db import migrate
 from db.database import Database, lacks_room
 from service.errors import Conflict, InvalidInput, Unavailable
-from service.runtime.context import Work, storage_full
-from service.runtime.solver_slots import Turns
+from service.runtime.context import AppContext, storage_full
+from service.runtime.solver_slots import SolverSlots
 from service.settings import Settings
 
 
@@ -133,12 +133,12 @@ def _answering(settings: Settings) -> Iterator[None]:
         ) from broken
 
 
-def build_work(settings: Settings, *, create: bool = True) -> Work:
+def build_work(settings: Settings, *, create: bool = True) -> AppContext:
     """Everything the use cases need. create: an SQLite file that is not there becomes a new one."""
     database = open_database(settings, create=create)
-    return Work(
+    return AppContext(
         database=database,
         max_readings=settings.max_readings,
         max_ahead_s=settings.max_ahead_s,
-        turns=Turns(settings.solves),
+        turns=SolverSlots(settings.solves),
     )

@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Sequence
 
 from drivers.bridge.delivery import Backoff, Delivery, Patience, Sender, Totals
-from drivers.bridge.direct_delivery import Direct, Express
+from drivers.bridge.direct_delivery import DirectDelivery, Express
 from drivers.bridge.read_buffer import Intake
 from drivers.bridge.spool import Spool
 from drivers.clock import Clock
@@ -55,7 +55,7 @@ class Bridge:
         status_s: float = 10.0,
         patience: Patience | None = None,
         describe: Callable[[], str] = str,
-        direct: Direct | None = None,
+        direct: DirectDelivery | None = None,
     ) -> None:
         self._driver, self._spool, self._sender = driver, spool, sender
         self._stop, self._clock, self._report, self._describe = stop, clock, report, describe

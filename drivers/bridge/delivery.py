@@ -13,7 +13,7 @@ from drivers.checks import require
 from drivers.errors import DeliveryFailed, DeliveryRefused, SpoolFull
 
 FIRST_PAUSE_S = 0.5
-LONGEST_PAUSE_S = 30.0
+MAX_PAUSE_S = 30.0
 PER_ENTRY = frozenset({400, 409, 413, 422})
 """Refusals for what is in a batch; others (no such source, no permission) hold until someone sees to it."""
 
@@ -87,7 +87,7 @@ class Backoff:
 
     def next_s(self) -> float:
         """The next pause."""
-        pause, self._pause = self._pause, min(2.0 * self._pause, LONGEST_PAUSE_S)
+        pause, self._pause = self._pause, min(2.0 * self._pause, MAX_PAUSE_S)
         return pause * self._rng.uniform(0.5, 1.0)
 
     def reset(self) -> None:

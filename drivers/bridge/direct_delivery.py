@@ -13,11 +13,11 @@ from typing import Protocol
 from drivers.errors import DeliveryError
 from drivers.reading import Entry, Mark
 
-LONGEST_S = 1.0
+MAX_S = 1.0
 """How long a batch is held in memory for, at most, before it is spooled."""
 
 
-class Direct(Protocol):
+class DirectDelivery(Protocol):
     """A way on which nothing that was taken can be lost."""
 
     def store(self, entries: Sequence[Entry], mark: Mark | None) -> None:
@@ -38,12 +38,12 @@ class _Parcel:
 class Express:
     """Hands batches from the thread that keeps to the one that delivers, one at a time. wake: called for each."""
 
-    def __init__(self, way: Direct, wake: Callable[[], None]) -> None:
+    def __init__(self, way: DirectDelivery, wake: Callable[[], None]) -> None:
         self._way, self._wake = way, wake
         self._changed = threading.Condition()
         self._next: _Parcel | None = None
 
-    def carry(self, batch: Sequence[Entry | Mark], patience_s: float = LONGEST_S) -> bool:
+    def carry(self, batch: Sequence[Entry | Mark], patience_s: float = MAX_S) -> bool:
         """Have a batch stored by whoever calls `deliver`; False where it was not, or not in time."""
         parcel = _Parcel(batch)
         with self._changed:

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import httpx2
 
 from drivers.checks import require
-from drivers.closeable import Closed
+from drivers.closeable import Closeable
 from drivers.errors import DeliveryFailed, DeliveryRefused
 from drivers.reading import Reading
 from drivers.reading_json import readings_to_json
@@ -43,7 +43,7 @@ class Outlet(Protocol):
         ...
 
 
-class HttpOut(Closed):
+class HttpOut(Closeable):
     """Posts readings to `{base_url}/api/v1/readings`, at most batch_size in one request.
 
     Nothing is kept: after `DeliveryFailed` the caller posts the same readings again, which is safe, since the service

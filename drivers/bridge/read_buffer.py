@@ -7,13 +7,13 @@ from collections import deque
 
 from drivers.reading import Answer, Mark, Reading
 
-MOST_WAITING = 100_000
+MAX_WAITING = 100_000
 
 
 class Intake:
     """A queue that never blocks a live source: what finds no place is lost and counted. Others wait for a place."""
 
-    def __init__(self, *, live: bool, stop: threading.Event, most: int = MOST_WAITING) -> None:
+    def __init__(self, *, live: bool, stop: threading.Event, most: int = MAX_WAITING) -> None:
         self._live, self._stop, self._most = live, stop, most
         self._entries: deque[Reading | Answer | Mark] = deque()
         self._changed = threading.Condition()

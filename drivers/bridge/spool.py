@@ -20,17 +20,17 @@ from types import TracebackType
 from typing import NamedTuple
 
 from drivers.checks import require
-from drivers.closeable import Opened
+from drivers.closeable import Openable
 from drivers.errors import SpoolFull, SpoolUnusable
 from drivers.reading import Answer, Counter, Entry, Mark
 from drivers.reading_json import answer_from_json, answer_to_json, reading_to_json
 from drivers.reading_rules import reading_from_dict
 
 PAGE_BYTES = 4096
-LEAST_BYTES = 32 * PAGE_BYTES
+MIN_BYTES = 32 * PAGE_BYTES
 FORMAT = 2
 READING, ANSWER = 0, 1
-MOST_HELD = 100_000
+MAX_HELD = 100_000
 """Entries that are held in memory besides, so that what is sent soon need not be read back."""
 
 _SCHEMA = """
@@ -70,11 +70,11 @@ class Spooled(NamedTuple):
         return answer_from_json(self.body) if self.kind == ANSWER else reading_from_dict(json.loads(self.body))
 
 
-class Spool(Opened):
+class Spool(Openable):
     """The spool in an SQLite file; open within a with block or between `open` and `close`. Safe between threads."""
 
-    def __init__(self, path: Path, *, max_bytes: int = 256 * 1024 * 1024, most_held: int = MOST_HELD) -> None:
-        require(max_bytes >= LEAST_BYTES, f"max_bytes {max_bytes} of the spool", f"be {LEAST_BYTES} or more")
+    def __init__(self, path: Path, *, max_bytes: int = 256 * 1024 * 1024, most_held: int = MAX_HELD) -> None:
+        require(max_bytes >= MIN_BYTES, f"max_bytes {max_bytes} of the spool", f"be {MIN_BYTES} or more")
         self.path = path
         self._max_bytes, self._most_held = max_bytes, most_held
         self._lock = threading.RLock()

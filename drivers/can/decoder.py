@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 from drivers.can.j1939 import ADDRESS_CLAIMED, CONNECTION, TRANSFER, Node, Transfers, group_of
 from drivers.can.mapping import CanMapping, SensorMap
-from drivers.can.message_plan import PAIRED, SPEED, Counted, MappedSignal, MessagePlan, group_key, plans_of
+from drivers.can.message_plan import PAIRED, SPEED, CounterState, MappedSignal, MessagePlan, group_key, plans_of
 from drivers.can.refusals import FOREIGN, REASONS
 
-LONGEST_UNREAD_S = 600.0
+MAX_UNREAD_S = 600.0
 MOST = 1e9
 """Highest amplitude, overall value and speed of a reading."""
 MAX_ROUTES = 10_000
@@ -102,15 +102,15 @@ class FrameDecoder:
         except Exception:  # a fault of this code must not end the reading of a bus
             return self._refuse("undecodable")
 
-    def counters(self) -> dict[str, Counted]:
+    def counters(self) -> dict[str, CounterState]:
         """How far the counters are, by message."""
         return {
-            plan.message.name: Counted(plan.last_count, plan.last_at, plan.period_s())
+            plan.message.name: CounterState(plan.last_count, plan.last_at, plan.period_s())
             for plan in self._plans.values()
             if plan.last_count is not None
         }
 
-    def resume(self, counters: Mapping[str, Counted]) -> None:
+    def resume(self, counters: Mapping[str, CounterState]) -> None:
         """Count on from where an earlier decoder was: what was lost in between is told by the first frame of each."""
         for plan in self._plans.values():
             plan.before = counters.get(plan.message.name)
@@ -209,13 +209,13 @@ class FrameDecoder:
         self.lost_frames += behind - 1
         return behind - 1
 
-    def _since(self, before: Counted, plan: MessagePlan, count: int, at: float) -> int:
+    def _since(self, before: CounterState, plan: MessagePlan, count: int, at: float) -> int:
         """Frames since the one noted before; whole turns of the counter are told by the time, where its step is known.
 
         After a long time nothing is said: the balancer may have been off as well.
         """
         away = at - before.at
-        if away > LONGEST_UNREAD_S:
+        if away > MAX_UNREAD_S:
             return 1
         behind = (count - before.count) % plan.modulus
         if before.period_s:

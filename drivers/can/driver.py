@@ -13,7 +13,7 @@ from drivers.can.bus import BusAddress, bus_errors
 from drivers.can.decoder import FrameDecoder, Masses, Vector
 from drivers.can.frames import Frame, Frames, open_frames
 from drivers.can.mapping import CanMapping
-from drivers.can.message_plan import Counted
+from drivers.can.message_plan import CounterState
 from drivers.can.refusals import in_short
 from drivers.clock import Clock
 from drivers.reading import Answer, Counter, Mark, Reading
@@ -153,7 +153,7 @@ class CanDriver(BaseDriver):
         self.decoder.resume(
             {
                 # A clock that was set back meanwhile cannot make a time to come of it.
-                one.name: Counted(one.count, passed - max((now - one.at).total_seconds(), 0.0), one.period_s)
+                one.name: CounterState(one.count, passed - max((now - one.at).total_seconds(), 0.0), one.period_s)
                 for one in counters
             }
         )

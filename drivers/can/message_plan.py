@@ -17,7 +17,7 @@ from drivers.can.mapping import CanMapping, Field, SensorMap, Validity
 from drivers.can.sentinels import kept_from, named
 from drivers.can.signals import RawSignal, raw_signal
 
-LEAST_PERIODS = 8
+MIN_PERIODS = 8
 _FLOAT_MAX = sys.float_info.max
 
 SPEED = ("", "speed")
@@ -28,7 +28,7 @@ MAX_TURN = 360.0 + 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Counted:
+class CounterState:
     """Last count of a message's counter, when it came, and the seconds from one frame to the next (None: unknown)."""
 
     count: int
@@ -90,11 +90,11 @@ class MessagePlan:
     late_count: int | None = None
     first_at: float = 0.0
     counted: int = 0
-    before: Counted | None = None
+    before: CounterState | None = None
 
     def period_s(self) -> float | None:
         """Seconds from one frame to the next, since the counter runs without a break."""
-        return (self.last_at - self.first_at) / self.counted if self.counted >= LEAST_PERIODS else None
+        return (self.last_at - self.first_at) / self.counted if self.counted >= MIN_PERIODS else None
 
     def fits(self, data: bytes | bytearray | memoryview) -> bool:
         """Whether all wanted signals of the frame's page are in it."""

@@ -19,7 +19,7 @@ from drivers.errors import BusUnavailable
 FLUSH_S = 0.005
 """How long a frame waits for others to go with it, at most."""
 IDLE_S = 0.1
-MOST_BYTES = 64 * 1024 * 1024
+MAX_BYTES = 64 * 1024 * 1024
 """Six minutes of a full bus. What comes beyond is left out; the balancer's counters tell it."""
 PIPE_BYTES = 1024 * 1024
 
@@ -51,7 +51,7 @@ def drain(address: BusAddress, out: int, stop: threading.Event) -> None:
             while not stop.is_set():
                 message = bus.recv(FLUSH_S if waiting else IDLE_S)
                 now = time.monotonic()
-                if message is not None and len(waiting) < MOST_BYTES:
+                if message is not None and len(waiting) < MAX_BYTES:
                     waiting += packed(now, message)
                 if waiting and (message is None or now - written_at >= FLUSH_S):
                     written_at = now

@@ -21,7 +21,7 @@ from drivers.files.time_grid import on_grid, seconds_of
 from drivers.signal.block import Floats
 from drivers.units import level_of
 
-LEAST_BEFORE_CUT = 10
+MIN_BEFORE_CUT = 10
 """Rows that must be in order before a last one that is not is taken to be cut off."""
 LOST = frozenset(("", "nan", "-", "--", "null", "none", "n/a", "na"))
 
@@ -101,7 +101,7 @@ def _columns(
             times.append(cells[table.places[time]])
     notes = []
     if cut is not None:
-        if len(next(iter(values.values()), times)) < LEAST_BEFORE_CUT:
+        if len(next(iter(values.values()), times)) < MIN_BEFORE_CUT:
             raise cut
         notes.append(f"its last line ({cut.line}) is cut off and passed over")
     return {title: np.array(one, float) for title, one in values.items()}, times, notes

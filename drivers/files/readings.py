@@ -7,16 +7,16 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from drivers.can.logs.can_log import OnError
-from drivers.closeable import Closed
+from drivers.closeable import Closeable
 from drivers.errors import READABLE, WRITABLE, LogError
 from drivers.reading import Reading
 from drivers.reading_json import reading_to_json
 from drivers.reading_rules import reading_from_dict
 
-LONGEST_LINE = 100_000
+MAX_LINE = 100_000
 
 
-class Recorder(Closed):
+class Recorder(Closeable):
     """Writes a recording; each reading is in the file when `write` returns. An existing file is never overwritten."""
 
     def __init__(self, path: Path) -> None:
@@ -55,7 +55,7 @@ def read_recording(path: Path, on_error: OnError | None = None) -> Iterator[Read
     try:
         with path.open("rb") as file:
             number = 0
-            while line := file.readline(LONGEST_LINE):
+            while line := file.readline(MAX_LINE):
                 number += 1
                 if not line.strip():
                     continue
@@ -71,8 +71,8 @@ def read_recording(path: Path, on_error: OnError | None = None) -> Iterator[Read
 
 
 def _reading(line: bytes) -> Reading:
-    if not line.endswith(b"\n") and len(line) >= LONGEST_LINE:
-        raise ValueError(f"the line is longer than {LONGEST_LINE} bytes")
+    if not line.endswith(b"\n") and len(line) >= MAX_LINE:
+        raise ValueError(f"the line is longer than {MAX_LINE} bytes")
     try:
         values = json.loads(line)
     except (ValueError, RecursionError) as error:

@@ -16,7 +16,7 @@ from drivers.signal.revolutions import one_a_turn
 
 SAME_RATE = 1e-4
 """Share by which rates may differ that are one: universal files write them with 6 digits."""
-MOST_BYTES = 512 * 1024 * 1024
+MAX_BYTES = 512 * 1024 * 1024
 """Largest file that is read: an hour of 8 channels at 2.5 kHz and 4 bytes is 288 MB."""
 
 
@@ -104,8 +104,8 @@ def read_bytes(path: Path) -> bytes:
     """Contents of the file; raises `UnreadableFile` where it cannot be opened, is empty or too large."""
     try:
         size = path.stat().st_size
-        if size > MOST_BYTES:
-            raise UnreadableFile(f"has {size} bytes; {MOST_BYTES} are the most: cut it in pieces", path=str(path))
+        if size > MAX_BYTES:
+            raise UnreadableFile(f"has {size} bytes; {MAX_BYTES} are the most: cut it in pieces", path=str(path))
         contents = path.read_bytes()
     except OSError as error:
         reason = error.strerror or type(error).__name__

@@ -13,15 +13,15 @@ from drivers.signal.block import Floats
 
 OFF_TIME = 0.5
 """Share of a sample by which a written time may differ from the even grid: rounded times do."""
-MOST_FILLED = 0.2
+MAX_FILLED = 0.2
 """Share of moments that may be lacking."""
 SLOW_HZ, FAST_HZ = 20.0, 1e6
 """Rates that a machine's vibration is sampled at; as seconds, times in another unit give less."""
 PER_SECOND = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Seconds in each unit."""
-LEAST_ROUNDED = 50
+MIN_ROUNDED = 50
 """Rows from which on a rate can be taken from rounded times."""
-MOST_RATE_ERROR = 1e-3
+MAX_RATE_ERROR = 1e-3
 """Share by which such a rate may be off: the standard error of the line through evenly rounded times."""
 _SPELLINGS = {"s": "s sec secs second seconds sek", "ms": "ms msec millisecond milliseconds", "us": "us µs μs usec",
               "ns": "ns nsec"}  # fmt: skip
@@ -102,7 +102,7 @@ def on_grid(path: str, seconds: Floats, columns: dict[str, Floats]) -> tuple[flo
     count = places[-1] + 1.0
     step = (seconds[-1] - seconds[0]) / max(places[-1], 1.0)
     off = np.abs(seconds - seconds[0] - places * step).max() / step
-    if whole.min() < 1.0 or off > OFF_TIME or count > len(seconds) * (1.0 + MOST_FILLED):
+    if whole.min() < 1.0 or off > OFF_TIME or count > len(seconds) * (1.0 + MAX_FILLED):
         rate = _rounded(seconds)
         if rate is not None:
             return rate, columns, [f"its times are rounded; the rate {rate:.6g} Hz is that of the whole file"]
@@ -126,7 +126,7 @@ def _rounded(seconds: Floats) -> float | None:
     """
     steps = np.diff(seconds)
     positive = steps[steps > 0.0]
-    if len(seconds) < LEAST_ROUNDED or (steps < 0.0).any() or not positive.size:
+    if len(seconds) < MIN_ROUNDED or (steps < 0.0).any() or not positive.size:
         return None
     quantum = float(positive.min())
     rows = np.arange(len(seconds), dtype=float)
@@ -136,6 +136,6 @@ def _rounded(seconds: Floats) -> float | None:
     grain = np.abs(steps / quantum - np.round(steps / quantum)).max()
     if step <= 0.0 or off > 1.01 * quantum or grain > 0.01 or step > 2.0 * quantum:
         return None
-    if quantum > MOST_RATE_ERROR * step * len(seconds) ** 1.5:
+    if quantum > MAX_RATE_ERROR * step * len(seconds) ** 1.5:
         return None
     return 1.0 / step

@@ -26,15 +26,15 @@ from drivers.signal.integrity import bridged, integrity_of
 from drivers.signal.neighbours import Neighbour, neighbour_of
 from drivers.signal.orders import Complexes, Course, basis_of, fit_orders, turned
 from drivers.signal.pulses import pulses_seen
-from drivers.signal.revolutions import Turns, timing_error, turns_of
+from drivers.signal.revolutions import Revolutions, timing_error, turns_of
 from drivers.signal.scatter import scatter_of
 from drivers.signal.windows import COSINES, Window, half_width, taper
 
 Flag = Literal["clipped", "dropout", "edges_repaired", "neighbour_tone", "beating", "speed_off"]
 DERIVATIVE = {"displacement": 0, "velocity": 1, "acceleration": 2}
-MOST_LOST = 0.1
+MAX_LOST = 0.1
 """Share of samples that may be lost."""
-MOST_DRIFT = 0.1
+MAX_DRIFT = 0.1
 """Greatest speed over least, less 1: beyond it one vector cannot speak for the block."""
 SAMPLES_PER_PERIOD = 2.5
 """Least samples in a period of the highest order: the anti-aliasing filter needs the room."""
@@ -202,14 +202,14 @@ def _orders_within(speed: Floats, sample_rate_hz: float) -> int:
     return orders
 
 
-def _check_speed(turns: Turns, settings: Settings) -> None:
+def _check_speed(turns: Revolutions, settings: Settings) -> None:
     """Judge the speed by the periods, so that one jittering edge cannot refuse a block: over four turns each."""
     span = min(4, len(turns.times) - 1)
     speeds = 60.0 * (turns.numbers[span:] - turns.numbers[:-span]) / (turns.times[span:] - turns.times[:-span])
     low, high = float(speeds.min()), float(speeds.max())
-    if high > low * (1.0 + MOST_DRIFT):
+    if high > low * (1.0 + MAX_DRIFT):
         raise SignalRefused(
-            f"the speed runs from {low:.4g} to {high:.4g} r/min within the block; {MOST_DRIFT:.0%} is the most: wait "
+            f"the speed runs from {low:.4g} to {high:.4g} r/min within the block; {MAX_DRIFT:.0%} is the most: wait "
             "until it is steady, or take shorter blocks",
             code="speed",
         )
@@ -299,9 +299,9 @@ def _check_pulses(course: Course, rest: Floats, one_x: float, speed_rpm: float, 
 
 
 def _check_samples(clipped: int, lost: float, settings: Settings) -> None:
-    if lost > MOST_LOST:
+    if lost > MAX_LOST:
         raise SignalRefused(
-            f"{lost:.0%} of the samples are lost or frozen; {MOST_LOST:.0%} are the most: check the sensor's cable "
+            f"{lost:.0%} of the samples are lost or frozen; {MAX_LOST:.0%} are the most: check the sensor's cable "
             "and supply",
             code="dropout",
         )

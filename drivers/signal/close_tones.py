@@ -17,12 +17,12 @@ from drivers.signal.orders import Course, normal_equations
 
 NEAREST, FARTHEST = 0.45, 4.5
 """Beats in the block that a tone must make to be told from 1x, and beyond which the taper keeps it out."""
-LEAST_TURNS = 8
+MIN_TURNS = 8
 PER_TURN = 8
 STEPS_A_BEAT = 6
 SURE = 15.0
 """Ratio F of what the tone explains, for each of its two numbers, to what is left for each sample."""
-LEAST_SHARE = 0.03
+MIN_SHARE = 0.03
 """Share of the 1x amplitude below which it is left alone."""
 
 
@@ -45,7 +45,7 @@ def close_tone_of(course: Course, basis: Floats, values: Floats, seen: Floats, o
     basis (m, n): of the orders; one_x: amplitude of order 1. None where none stands out.
     """
     turns = course.turns
-    if turns < LEAST_TURNS:
+    if turns < MIN_TURNS:
         return None
     place = np.linspace(0.0, 1.0, len(values))
     step = max(1, len(values) // (PER_TURN * turns))
@@ -62,7 +62,7 @@ def close_tone_of(course: Course, basis: Floats, values: Floats, seen: Floats, o
     if not thin.sure(best):
         return None
     tone = _fitted(basis, values, seen, place, best, turns)
-    return tone if tone.amplitude >= LEAST_SHARE * one_x else None
+    return tone if tone.amplitude >= MIN_SHARE * one_x else None
 
 
 class _Thin:

@@ -14,7 +14,7 @@ from drivers.signal.block import Floats, dot
 from drivers.signal.orders import Course
 from drivers.signal.windows import half_width, taper
 
-MOST_PULSES = 12
+MAX_PULSES = 12
 ABOVE_ONE_X = 8.0
 """Times the component at order 1 that one at order 1/k must have, in the quantity that was sampled."""
 ABOVE_BESIDE = 4.0
@@ -36,7 +36,7 @@ def pulses_seen(course: Course, rest: Floats, one_x: float) -> int | None:
         even, odd = dot(weights * np.cos(angle), rest), dot(weights * np.sin(angle), rest)
         return 2.0 * math.hypot(even, odd) / whole
 
-    for pulses in range(2, MOST_PULSES + 1):
+    for pulses in range(2, MAX_PULSES + 1):
         if course.turns < lines * pulses:
             return None  # too few turns to tell it from a trend
         here = size(1.0 / pulses)

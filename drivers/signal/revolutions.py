@@ -16,12 +16,12 @@ from drivers.checks import require
 from drivers.errors import SignalRefused
 from drivers.signal.block import Floats
 
-LEAST_TURNS = 4
-MOST_REPAIRED = 0.1
+MIN_TURNS = 4
+MAX_REPAIRED = 0.1
 """Share of edges that may be missed, extra or out of place; a key-phasor worse than that needs a hand, not a repair."""
-LONGEST_GAP = 3
+MAX_GAP = 3
 """Edges missed in a row; over a longer gap the count of turns would rest on the speed being steady."""
-MOST_EDGES = 20_000
+MAX_EDGES = 20_000
 """Edges in a block: more than three minutes at 6000 r/min, or a key-phasor that sees noise."""
 OUT_OF_STEP = 0.12
 """Share of a turn by which an edge may differ from where the last period puts it, before it counts as extra."""
@@ -35,7 +35,7 @@ OUT_OF_PLACE = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Turns:
+class Revolutions:
     """Accepted edges: times (m,) in s and the number (m,) of the turn that begins there, counted from 0.
 
     missed, extra: edges that were lacking, and edges that were left out.
@@ -66,7 +66,7 @@ class Turns:
         return angle, speed
 
 
-def turns_of(edges_s: Floats, *, most: int | None = MOST_EDGES, step_s: float = 0.0) -> Turns:
+def turns_of(edges_s: Floats, *, most: int | None = MAX_EDGES, step_s: float = 0.0) -> Revolutions:
     """Count the turns of edges (m,), s, one to a turn.
 
     step_s: sample interval of the signal in which they were found, by half of which each may be off; 0: they are exact.
@@ -79,9 +79,9 @@ def turns_of(edges_s: Floats, *, most: int | None = MOST_EDGES, step_s: float = 
     require(bool(np.isfinite(edges_s).all()), "an edge time", "be a finite number of seconds")
     gaps = np.diff(edges_s)
     require(bool((gaps > 0.0).all()), "edge times", "increase")
-    if len(edges_s) < LEAST_TURNS + 1:
+    if len(edges_s) < MIN_TURNS + 1:
         raise SignalRefused(
-            f"{len(edges_s)} key-phasor edges in the block; {LEAST_TURNS + 1} are the least: record for longer, or "
+            f"{len(edges_s)} key-phasor edges in the block; {MIN_TURNS + 1} are the least: record for longer, or "
             "check the key-phasor",
             code="too_short",
         )
@@ -99,12 +99,12 @@ def turns_of(edges_s: Floats, *, most: int | None = MOST_EDGES, step_s: float = 
     ]
     index, numbers = _without_strays(edges_s, *min(walks, key=lambda walk: _repairs(edges_s, walk)), off)
     missing = np.diff(numbers) - 1.0
-    turns = Turns(edges_s[index], numbers - numbers[0], int(missing.sum()), len(edges_s) - len(index))
+    turns = Revolutions(edges_s[index], numbers - numbers[0], int(missing.sum()), len(edges_s) - len(index))
     _judge(turns, int(missing.max(initial=0)))
     return turns
 
 
-def timing_error(turns: Turns, step_s: float) -> tuple[float, float]:
+def timing_error(turns: Revolutions, step_s: float) -> tuple[float, float]:
     """Standard deviation of the time that all edges may be off together, and of each of them besides, s.
 
     Each edge in a signal that was sampled every step_s lies within half of that of where it was found. Along a smooth
@@ -159,7 +159,7 @@ def _walk(edges: Floats, start: int, period: float, off: float) -> tuple[list[in
 def _repairs(edges: Floats, walk: tuple[list[int], list[int]]) -> int:
     """Edges missed and left out on a walk; one before its start weighs as a gap, or a gap would be cut off with it."""
     kept, numbers = walk
-    return (numbers[-1] + 1 - len(kept)) + (len(edges) - len(kept)) + LONGEST_GAP * kept[0]
+    return (numbers[-1] + 1 - len(kept)) + (len(edges) - len(kept)) + MAX_GAP * kept[0]
 
 
 def _without_strays(
@@ -167,7 +167,7 @@ def _without_strays(
 ) -> tuple[NDArray[np.intp], Floats]:
     """Leave out, worst first, the edges that stand off the line between their neighbours much more than the rest."""
     index, number = np.array(kept, np.intp), np.array(numbers, float)
-    for _ in range(int(MOST_REPAIRED * len(kept)) + 1):
+    for _ in range(int(MAX_REPAIRED * len(kept)) + 1):
         if len(index) < 4:
             break
         t = edges[index]
@@ -180,17 +180,17 @@ def _without_strays(
     return index, number
 
 
-def _judge(turns: Turns, longest_gap: int) -> None:
-    if turns.count < LEAST_TURNS:
+def _judge(turns: Revolutions, longest_gap: int) -> None:
+    if turns.count < MIN_TURNS:
         raise SignalRefused(
-            f"{turns.count} turns in step; {LEAST_TURNS} are the least: record for longer, or check the key-phasor",
+            f"{turns.count} turns in step; {MIN_TURNS} are the least: record for longer, or check the key-phasor",
             code="too_short" if turns.extra <= 1 else "tacho",
         )
     repaired = turns.missed + turns.extra
-    if repaired > max(1.0, MOST_REPAIRED * turns.count) or longest_gap > LONGEST_GAP:
+    if repaired > max(1.0, MAX_REPAIRED * turns.count) or longest_gap > MAX_GAP:
         raise SignalRefused(
             f"{turns.missed} key-phasor edges missed (up to {longest_gap} in a row) and {turns.extra} too many in "
-            f"{turns.count} turns; at most {MOST_REPAIRED:.0%} and {LONGEST_GAP} in a row can be repaired: check the "
+            f"{turns.count} turns; at most {MAX_REPAIRED:.0%} and {MAX_GAP} in a row can be repaired: check the "
             "gap, the mark (one to a turn) and the threshold",
             code="tacho",
         )

@@ -18,7 +18,7 @@ from drivers.signal.orders import Complexes, Course, fit_orders
 from drivers.signal.windows import taper
 
 TURNS_PER_SUBBLOCK = 4
-MOST_SUBBLOCKS = 16
+MAX_SUBBLOCKS = 16
 WITH_TREND = 4
 """Sub-blocks from which on the part of the vector that follows the speed is taken out: the reading states its speed."""
 
@@ -29,7 +29,7 @@ def scatter_of(course: Course, basis: Floats, values: Floats, weights: Floats) -
     weights (n,): those of the block's own estimate; samples of weight 0 that the taper does not explain are left out.
     None below 8 turns, where no two sub-blocks fit.
     """
-    parts = min(MOST_SUBBLOCKS, course.turns // TURNS_PER_SUBBLOCK)
+    parts = min(MAX_SUBBLOCKS, course.turns // TURNS_PER_SUBBLOCK)
     if parts < 2:
         return None
     borders = np.round(np.linspace(0, course.turns, parts + 1)) * math.tau

@@ -13,12 +13,12 @@ from drivers.simulator.faults import Faults, LooseMass
 from drivers.simulator.rotor import Bend
 from drivers.simulator.spec import DrumSpec, FittedMass
 
-MOST_PIECES = 1000
+MAX_PIECES = 1000
 
 Reader = Callable[[object, str], object]
 
 
-class Turning(Driver, Protocol):
+class ControllableDrum(Driver, Protocol):
     """A simulated drum that can be told what to do, whether it makes readings or waveforms."""
 
     @property
@@ -144,11 +144,11 @@ def fields_of(value: object, readers: Mapping[str, Reader], where: str, *, neede
     return {name: readers[name](one, f"{where}.{name}") for name, one in value.items()}
 
 
-def put_masses(drum: Turning, body: object) -> None:
+def put_masses(drum: ControllableDrum, body: object) -> None:
     """Bolt on a JSON list of {plane, mass_g, angle_deg}, in place of all before."""
     if not isinstance(body, list):
         raise InvalidSetting(f"masses are {body!r}: give a list of objects with {', '.join(PIECE)}")
-    require(len(body) <= MOST_PIECES, f"number of masses {len(body)}", f"be at most {MOST_PIECES}")
+    require(len(body) <= MAX_PIECES, f"number of masses {len(body)}", f"be at most {MAX_PIECES}")
     pieces = (
         fields_of(one, PIECE, f"masses[{index}]", needed={"plane", "mass_g", "angle_deg"})
         for index, one in enumerate(body)
@@ -156,24 +156,24 @@ def put_masses(drum: Turning, body: object) -> None:
     drum.fit_masses([FittedMass(**piece) for piece in pieces])  # type: ignore[arg-type]
 
 
-def put_speed(drum: Turning, body: object) -> None:
+def put_speed(drum: ControllableDrum, body: object) -> None:
     """Turn at {speed_rpm}."""
     stated = fields_of(body, {"speed_rpm": number}, "speed", needed={"speed_rpm"})
     drum.set_speed(number(stated["speed_rpm"], "speed.speed_rpm"))
 
 
-def put_faults(drum: Turning, body: object) -> None:
+def put_faults(drum: ControllableDrum, body: object) -> None:
     """State all faults as an object of the fields of `Faults`; what is left out is no fault, {} heals everything."""
     drum.set_faults(Faults(**fields_of(body, FAULTS, "faults", needed=set())))  # type: ignore[arg-type]
 
 
-def put_new_run(drum: Turning, body: object) -> None:
+def put_new_run(drum: ControllableDrum, body: object) -> None:
     """Stop and start again; the body is empty, null or {}."""
     require(body is None or body == {}, f"body {body!r} of new-run", "be empty")
     drum.new_run()
 
 
-COMMANDS: Mapping[str, Callable[[Turning, object], None]] = {
+COMMANDS: Mapping[str, Callable[[ControllableDrum, object], None]] = {
     "masses": put_masses,
     "speed": put_speed,
     "faults": put_faults,
@@ -181,7 +181,7 @@ COMMANDS: Mapping[str, Callable[[Turning, object], None]] = {
 }
 
 
-def state_of(drum: Turning) -> dict[str, object]:
+def state_of(drum: ControllableDrum) -> dict[str, object]:
     """Describe the drum as JSON values: name, source, run, speed_rpm, masses, faults, health."""
     health = asdict(drum.health())
     taken = drum.health().last_taken_at

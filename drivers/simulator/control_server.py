@@ -19,21 +19,21 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from socketserver import TCPServer
 from typing import Any
 
-from drivers.closeable import Opened
+from drivers.closeable import Openable
 from drivers.errors import DriverError, InvalidSetting, PortUnavailable
-from drivers.simulator.control_schema import COMMANDS, Turning, state_of
+from drivers.simulator.control_schema import COMMANDS, ControllableDrum, state_of
 
-MOST_BYTES = 256 * 1024
-MOST_DISCARDED = 16 * 1024 * 1024
-MOST_DIGITS = 12
+MAX_BYTES = 256 * 1024
+MAX_DISCARDED = 16 * 1024 * 1024
+MAX_DIGITS = 12
 IDLE_SECONDS = 10.0
 """A client that says nothing for so long is cut off."""
 
 
-class ControlPort(Opened):
+class ControlPort(Openable):
     """The port, open within a with block or between `open` and `close`. port 0 takes a free one; see `url`."""
 
-    def __init__(self, drum: Turning, host: str = "127.0.0.1", port: int = 0) -> None:
+    def __init__(self, drum: ControllableDrum, host: str = "127.0.0.1", port: int = 0) -> None:
         self._drum = drum
         self._address = (host, port)
         self._server: _Server | None = None
@@ -84,7 +84,7 @@ class _Server(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, address: tuple[str, int], drum: Turning) -> None:
+    def __init__(self, address: tuple[str, int], drum: ControllableDrum) -> None:
         self.drum = drum
         super().__init__(address, _Handler)
 
@@ -135,16 +135,16 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _body(self) -> bytes:
         stated = self.headers.get("Content-Length", "0")
-        if not stated.isdecimal() or len(stated) > MOST_DIGITS or "Transfer-Encoding" in self.headers:
+        if not stated.isdecimal() or len(stated) > MAX_DIGITS or "Transfer-Encoding" in self.headers:
             raise _Refused(HTTPStatus.LENGTH_REQUIRED, f"Content-Length {stated!r} is no length: state it in bytes")
         length = int(stated)
-        if length <= MOST_BYTES:
+        if length <= MAX_BYTES:
             return self.rfile.read(length)
-        left = min(length, MOST_DISCARDED)
+        left = min(length, MAX_DISCARDED)
         while left > 0:  # a client that is still sending does not listen
-            left -= len(self.rfile.read(min(left, MOST_BYTES))) or left
+            left -= len(self.rfile.read(min(left, MAX_BYTES))) or left
         raise _Refused(
-            HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a body of {length} bytes is too large: at most {MOST_BYTES}"
+            HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a body of {length} bytes is too large: at most {MAX_BYTES}"
         )
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002

@@ -28,7 +28,7 @@ STOCK_G = (10.0, 20.0, 50.0, 100.0, 200.0, 300.0)
 NEEDED_G = (100.0, 450.0)
 """What a drawn drum needs in each plane: no less, for a drum that needs nothing is not balanced; no more, for three
 pieces of the stock must do."""
-LEAST_READING_MM_S = 2.0
+MIN_READING_MM_S = 2.0
 """What each sensor of a drawn drum reads at least: a quieter drum is left alone."""
 
 
@@ -77,5 +77,5 @@ def _drawn(drum: DrumSpec, rng: np.random.Generator) -> DrumSpec:
         )
         candidate = replace(drum, unbalances=unbalances)
         in_stock = all(NEEDED_G[0] <= abs(grams) <= NEEDED_G[1] for grams in needed)
-        if in_stock and all(amplitude >= LEAST_READING_MM_S for amplitude, _ in true_readings(candidate).values()):
+        if in_stock and all(amplitude >= MIN_READING_MM_S for amplitude, _ in true_readings(candidate).values()):
             return candidate

@@ -13,14 +13,14 @@ from drivers.checks import require
 from drivers.clock import Clock
 from drivers.errors import DeliveryFailed
 from drivers.reading import Reading
-from drivers.simulator.control_schema import Turning
+from drivers.simulator.control_schema import ControllableDrum
 from drivers.simulator.control_server import ControlPort
 
 FIRST_PAUSE_S = 1.0
-LONGEST_PAUSE_S = 30.0
+MAX_PAUSE_S = 30.0
 
 
-class Drum(Turning, Protocol):
+class Drum(ControllableDrum, Protocol):
     """A simulated drum that is measured in rounds."""
 
     @property
@@ -119,7 +119,7 @@ class _Loop:
                 self.report(f"{error} Next attempt in {pause:g} s.")
                 self.totals = replace(self.totals, retries=self.totals.retries + 1)
                 self.drum.clock.wait(self.stop, pause)
-                pause = min(2.0 * pause, LONGEST_PAUSE_S)
+                pause = min(2.0 * pause, MAX_PAUSE_S)
             else:
                 self.waiting.clear()
                 self.totals = replace(self.totals, posted=self.totals.posted + posted)

@@ -27,9 +27,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.api.permissions import KEEPERS, OPERATIONS
 from service.errors import DrumtrueError, Forbidden, Unauthorized
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.access import logins, tokens
-from service.usecases.access.login_throttle import Attempts
+from service.usecases.access.login_throttle import LoginThrottle
 from service.usecases.access.tokens import LOCAL, Principal
 
 COOKIE = "drumtrue_login"
@@ -64,8 +64,8 @@ class Guard:
         self.app = app
         self.loopback = loopback
         self._operations: tuple[_Operation, ...] | None = None
-        self._seen_in: Work | None = None
-        self._open: tuple[Work, float] | None = None
+        self._seen_in: AppContext | None = None
+        self._open: tuple[AppContext, float] | None = None
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let the request through, or answer it with a problem."""
@@ -242,7 +242,7 @@ def is_loopback(host: str) -> bool:
         return host == "localhost" or host.endswith(".localhost")
 
 
-def _state(request: HTTPConnection) -> tuple[Work, Attempts]:
+def _state(request: HTTPConnection) -> tuple[AppContext, LoginThrottle]:
     state = request.app.state
     return state.work, state.attempts
 

@@ -9,22 +9,22 @@ from fastapi import Depends, Header, Path, Query, Request
 
 from service.api.problems import Problem
 from service.model.base import Moment
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.runtime.presence import Presence
 from service.usecases.access.tokens import Principal
 from service.usecases.readings.clocks import Arrival
 
 
 # Neither waits for anything: as coroutines they are spared a turn of a thread each.
-async def _work(request: Request) -> Work:
+async def _work(request: Request) -> AppContext:
     """What the use cases need, acting for who asks."""
-    work: Work = request.app.state.work
+    work: AppContext = request.app.state.work
     principal: Principal | None = getattr(request.state, "principal", None)
     return replace(work, gone=Presence(request), actor=work.actor if principal is None else principal.name)
 
 
 async def _having_seen(
-    work: Annotated[Work, Depends(_work)],
+    work: Annotated[AppContext, Depends(_work)],
     if_match: Annotated[
         str | None,
         Header(
@@ -33,13 +33,13 @@ async def _having_seen(
             description="ETag of the session or plan that the change was decided on; refused with 412 if it is older.",
         ),
     ] = None,
-) -> Work:
+) -> AppContext:
     """What the use cases need, and the version that the request was made on."""
     return work.having_seen(None if if_match in (None, "*") else int(if_match.strip('"')))
 
 
 async def _arriving(
-    work: Annotated[Work, Depends(_work)],
+    work: Annotated[AppContext, Depends(_work)],
     sent_at: Annotated[
         Moment | None,
         Header(
@@ -54,8 +54,8 @@ async def _arriving(
 
 
 ArrivalDep = Annotated[Arrival, Depends(_arriving)]
-SeenDep = Annotated[Work, Depends(_having_seen)]
-WorkDep = Annotated[Work, Depends(_work)]
+SeenDep = Annotated[AppContext, Depends(_having_seen)]
+WorkDep = Annotated[AppContext, Depends(_work)]
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$", description="Identifier.")]
 Limit = Annotated[int, Query(ge=1, le=200, description="How many at most.")]
 Offset = Annotated[int, Query(ge=0, le=1_000_000_000, description="How many to pass over.")]

@@ -50,8 +50,8 @@ _RULES: dict[str, tuple[str, str]] = {
     "dataclass_type": ("an object with named fields is needed here", "send an object: {{...}}"),
 }
 """What a rule of pydantic asks for, and what to do, in the words of a reader; its limits stand in braces."""
-_LONGEST_VALUE = 200
-_MOST_ERRORS = 20
+_MAX_VALUE = 200
+_MAX_ERRORS = 20
 
 
 @document
@@ -126,7 +126,7 @@ def safe(value: object) -> object:
         return [safe(v) for v in value]
     text = value if isinstance(value, str) else repr(value)
     text = text.encode("utf-8", "replace").decode()
-    return text if len(text) <= _LONGEST_VALUE else text[:_LONGEST_VALUE] + " ..."
+    return text if len(text) <= _MAX_VALUE else text[:_MAX_VALUE] + " ..."
 
 
 def install(app: FastAPI) -> None:
@@ -176,7 +176,7 @@ def _invalid(_request: Request, error: Exception) -> JSONResponse:
     else:
         assert isinstance(error, RequestValidationError | ValidationError)  # noqa: S101
         listed = error.errors()
-    found = [_entry(e) for e in listed[:_MOST_ERRORS]]
+    found = [_entry(e) for e in listed[:_MAX_ERRORS]]
     first = found[0]
     code = "invalid_json" if first["rule"] == "json_invalid" else "invalid_input"
     return problem(

@@ -23,8 +23,8 @@ from service.balancing.selection.objectives import NEGLIGIBLE_REACTION
 from service.balancing.selection.placements import vectors_of
 from service.balancing.selection.problem import BoolArray, Norm
 from service.engine import mapping
-from service.engine.influence_fits import Fitted
-from service.engine.selection_problem import Posed
+from service.engine.influence_fits import FittedModel
+from service.engine.selection_problem import PlanProblem
 from service.model.correction import CorrectionRequest
 from service.model.machine import Machine
 from service.model.plan import Placement
@@ -44,13 +44,13 @@ class Prepared:
     """
 
     log: SessionLog
-    fitted: Fitted
+    fitted: FittedModel
     cells: IntArray
     sigma: FloatArray
     speeds: FloatArray
     used: BoolArray
     weights: FloatArray
-    posed: Posed | None
+    posed: PlanProblem | None
     shared: Shared | None
     names: tuple[str, ...]
     placed: dict[object, tuple[tuple[Placement, ...], ComplexArray]] = field(default_factory=dict)
@@ -66,7 +66,7 @@ class Drawn:
     answered: BoolArray
 
 
-def prepare(log: SessionLog, fitted: Fitted, posed: Posed | None, scatter: float | None) -> Prepared | None:
+def prepare(log: SessionLog, fitted: FittedModel, posed: PlanProblem | None, scatter: float | None) -> Prepared | None:
     """What all draws of a session share; None where they have to be solved one by one.
 
     log: with one correction at most one plan. fitted, posed: of the session itself.
@@ -98,7 +98,7 @@ def prepare(log: SessionLog, fitted: Fitted, posed: Posed | None, scatter: float
     )
 
 
-def _plain(log: SessionLog, request: CorrectionRequest, fitted: Fitted) -> bool:
+def _plain(log: SessionLog, request: CorrectionRequest, fitted: FittedModel) -> bool:
     """Whether a correction is least squares of the session's own runs, and nothing else."""
     of_runs = request.source == "fit" and request.method in (None, "least_squares", "weighted")
     wishes = (request.damping, request.max_mass_g, request.planes, request.mounted_later, request.earlier_sessions)
@@ -106,7 +106,7 @@ def _plain(log: SessionLog, request: CorrectionRequest, fitted: Fitted) -> bool:
     return of_runs and not any(wishes) and not earlier and bool(np.isfinite(fitted.fit.initial).any())
 
 
-def _plain_plan(posed: Posed) -> bool:
+def _plain_plan(posed: PlanProblem) -> bool:
     """Whether a plan asks for the smallest objective, proved, and nothing of it was fitted."""
     request = posed.request
     return request.mode == "best" and request.method != "modified_jaya" and request.slack == 0.0
@@ -118,7 +118,9 @@ def _used(log: SessionLog) -> tuple[Run, ...]:
     return tuple(run for run in log.runs if (run.number in named if named else not run.excluded))
 
 
-def _cells(log: SessionLog, runs: Sequence[Run], fitted: Fitted, scatter: float | None) -> tuple[IntArray, FloatArray]:
+def _cells(
+    log: SessionLog, runs: Sequence[Run], fitted: FittedModel, scatter: float | None
+) -> tuple[IntArray, FloatArray]:
     """Where each reading of the log enters the fit, in the order in which they are drawn, and its deviation."""
     column = {(row.sensor.name, row.speed_rpm): s for s, row in enumerate(fitted.rows)}
     number = {run.number: k for k, run in enumerate(runs)}
@@ -240,7 +242,7 @@ def _amplitudes(initial: ComplexArray, influence: ComplexArray, masses: ComplexA
     return np.abs(left)
 
 
-def _objectives(posed: Posed, initial: ComplexArray, influence: ComplexArray, masses: ComplexArray) -> Objectives:
+def _objectives(posed: PlanProblem, initial: ComplexArray, influence: ComplexArray, masses: ComplexArray) -> Objectives:
     """The plan's objective in each draw, weights multiplied in."""
     machine, one = posed.ground.machine, posed.objective
     norm: Norm = one.norm

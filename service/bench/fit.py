@@ -11,8 +11,8 @@ import numpy as np
 from rich.console import Console
 
 from service.balancing.influence.analysis import Method, analyse
-from service.balancing.influence.corrections import Wishes, minimax
-from service.balancing.influence.diagnosis.findings import Circumstances
+from service.balancing.influence.corrections import CorrectionOptions, minimax
+from service.balancing.influence.diagnosis.findings import RunConditions
 from service.balancing.influence.fit import RunSet, fit_influence
 from service.bench.timing import show, timed_quietly
 
@@ -26,7 +26,7 @@ def bench_fit(*, markdown: bool = False) -> bool:
     lines, met = [], True
     for what, planes, sensors, aim in CASES:
         runs = example_runs(rng, planes, sensors)
-        known = Circumstances(
+        known = RunConditions(
             speed_rpm=np.broadcast_to(460.0 * rng.normal(1.0, 0.005, (len(runs.masses), 1)), runs.vibration.shape),
             nominal_rpm=np.full(sensors, 460.0),
             overall=1.1 * np.abs(runs.vibration),
@@ -56,8 +56,8 @@ def example_runs(rng: np.random.Generator, planes: int, sensors: int) -> RunSet:
     return RunSet(masses, clean + scatter * noise, scatter)
 
 
-def _analysis(runs: RunSet, known: Circumstances, method: Method = "least_squares") -> Callable[[], object]:
-    return lambda: analyse(runs, Wishes(), method, known)
+def _analysis(runs: RunSet, known: RunConditions, method: Method = "least_squares") -> Callable[[], object]:
+    return lambda: analyse(runs, CorrectionOptions(), method, known)
 
 
 def _bare(runs: RunSet) -> Callable[[], object]:

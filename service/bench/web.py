@@ -30,7 +30,7 @@ from service.model.machine import Catalogue, CatalogueItem, Machine, Plane, Sens
 from service.model.plan import FittedRequest, PlanRequest
 from service.model.run import MassOnRotor, RunKind, RunReading, RunRequest
 from service.model.session import SessionRequest
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.settings import Settings
 from service.usecases.machines import machines
 from service.usecases.plans import corrections, plans
@@ -100,7 +100,7 @@ def _measured(client: TestClient, path: str, name: str, repeats: int) -> Measure
 
 
 # ---------------------------------------------------------------- what is stored
-def _stored(work: Work, count: int) -> list[tuple[str, str]]:
+def _stored(work: AppContext, count: int) -> list[tuple[str, str]]:
     """A whole session and its copies; names and addresses of the pages."""
     spec = threshing_drum_example(SEED)
     machine = machines.create(work, _machine("Bench drum")).id
@@ -148,7 +148,7 @@ def _machine(name: str) -> Machine:
     )
 
 
-def _balanced(work: Work, drum: SimulatedDrum, machine: str, box: str) -> str:
+def _balanced(work: AppContext, drum: SimulatedDrum, machine: str, box: str) -> str:
     """Initial run, a trial run a plane, correction, plan, fitted, checked; as many further runs as make twelve."""
     session = sessions.open_on(work, SessionRequest(machine_id=machine, catalogue_id=box, technician="bench")).id
 
@@ -171,7 +171,7 @@ def _balanced(work: Work, drum: SimulatedDrum, machine: str, box: str) -> str:
     return session
 
 
-def _copied(work: Work, session_id: str, count: int) -> None:
+def _copied(work: AppContext, session_id: str, count: int) -> None:
     with work.write() as store:
         session = store.get(SessionRow, session_id)
         assert session is not None  # noqa: S101

@@ -32,7 +32,7 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Wishes:
+class CampaignOptions:
     """kills: kill -9 of a service. others: how often each of the other faults is done. within_s: longest pause between.
 
     replicas: services over the one database.
@@ -58,7 +58,7 @@ class Outcome:
     judgement: Judgement
 
 
-def run(wishes: Wishes, say: Say) -> Outcome:
+def run(wishes: CampaignOptions, say: Say) -> Outcome:
     """The whole campaign. Raises InvalidInput where it cannot be done as wished."""
     if wishes.replicas > 1 and wishes.engine == "sqlite":
         raise InvalidInput(
@@ -105,7 +105,7 @@ class _Site:
     within_s: float
     say: Say
 
-    def campaign(self, wishes: Wishes) -> tuple[dict[str, int], dict[str, str]]:
+    def campaign(self, wishes: CampaignOptions) -> tuple[dict[str, int], dict[str, str]]:
         """Faults in random order; how often each was done, and why some could not be."""
         not_done = self._impossible()
         order = ["kill"] * wishes.kills

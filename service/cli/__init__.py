@@ -132,10 +132,10 @@ def serve(
     ear = None
     if can:
         from service.cli.commands.bridge import bus_choice
-        from service.cli.commands.can_listener import Ear
+        from service.cli.commands.can_listener import CanListener
 
         bus = bus_choice(can, mapping, sensors, planes, j1939=j1939)
-        ear = Ear(bus, source, spool, max_spool_mb * 1024 * 1024)
+        ear = CanListener(bus, source, spool, max_spool_mb * 1024 * 1024)
     if log_format not in ("text", "json"):
         raise typer.BadParameter(f"{log_format!r} is no format; use text or json", param_hint="--log-format")
     settings = Settings.from_environment(database_url=database_url)

@@ -13,7 +13,7 @@ from service.design.reading import told
 from service.messages import Message
 
 VERSION = 1
-MOST_BYTES = 1_000_000
+MAX_BYTES = 1_000_000
 """Largest document, bytes; a linkage of fifty links has a hundredth of it."""
 KEYS = ("name", "link", "joint", "wheel")
 """Fields by which the tables of a list are told apart when a patch is laid over them."""
@@ -22,8 +22,8 @@ KEYS = ("name", "link", "joint", "wheel")
 def read_document(text: str) -> dict[str, Any]:
     """The tables of a document; JSON where it begins with a brace, TOML otherwise. Raises RefusedDesign."""
     size = len(text.encode(errors="replace"))
-    if size > MOST_BYTES:
-        raise refusal(Message("design_too_large", value=size, most=MOST_BYTES))
+    if size > MAX_BYTES:
+        raise refusal(Message("design_too_large", value=size, most=MAX_BYTES))
     is_json = text.lstrip()[:1] == "{"
     try:
         document = json.loads(text) if is_json else tomllib.loads(text)

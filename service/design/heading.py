@@ -10,7 +10,7 @@ from service.design.documents import VERSION
 from service.design.reading import Problems, Table, read_units
 from service.messages import Message
 
-MOST_PUBLISHED = 50
+MAX_PUBLISHED = 50
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def begin(document: Mapping[str, Any]) -> tuple[Table, Problems, Heading]:
     title = root.text("title", default="")
     root.text("note", default="")
     read_units(root)
-    published = tuple(_published(one) for one in root.tables("published", most=MOST_PUBLISHED))
+    published = tuple(_published(one) for one in root.tables("published", most=MAX_PUBLISHED))
     return root, problems, Heading(study, title or study, problems.units, published)
 
 

@@ -32,7 +32,7 @@ CONVEX_STARTS = 3
 END_STARTS = 20
 """Random starts for each end of a front: the whole front lies between them."""
 GENERATIONS, MEMBERS = 300, 60
-MOST_STEPS, MOST_POINTS = 100_000, 500
+MAX_STEPS, MAX_POINTS = 100_000, 500
 FRONT_POINTS = 60
 AGREED = 1e-6
 

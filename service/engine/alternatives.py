@@ -8,7 +8,7 @@ from dataclasses import replace
 from service.balancing.selection.alternatives import front
 from service.engine.kept_masses import broken_limits
 from service.engine.plan_solver import UNIT, offer_of, solve
-from service.engine.selection_problem import Ground, pose
+from service.engine.selection_problem import PlanContext, pose
 from service.engine.validation import item_of
 from service.errors import InvalidInput
 from service.messages import Message, Quantity
@@ -17,7 +17,7 @@ from service.model.plan import FrontPoint, Plan, PlanRequest, StockChange, WhatI
 
 
 def front_of(
-    ground: Ground, request: PlanRequest, other_box: str | None, monotonic: Callable[[], float]
+    ground: PlanContext, request: PlanRequest, other_box: str | None, monotonic: Callable[[], float]
 ) -> tuple[FrontPoint, ...]:
     """The best selection of at most 0, 1, 2 ... masses in all, as far as one more makes it better; each proved.
 
@@ -37,7 +37,7 @@ def front_of(
 
 
 def what_if(
-    ground: Ground, plan: Plan, asked: WhatIfRequest, other_box: str | None, monotonic: Callable[[], float]
+    ground: PlanContext, plan: Plan, asked: WhatIfRequest, other_box: str | None, monotonic: Callable[[], float]
 ) -> WhatIf:
     """The plan's own problem with pieces missing or bought, or positions blocked; `other_box` as in `front_of`.
 

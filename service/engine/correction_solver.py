@@ -9,8 +9,8 @@ import numpy as np
 
 from service.balancing.influence.analysis import diagnose
 from service.balancing.influence.corrections import Correction as Answer
-from service.balancing.influence.corrections import Wishes, least_squares, minimax
-from service.balancing.influence.diagnosis.findings import Circumstances
+from service.balancing.influence.corrections import CorrectionOptions, least_squares, minimax
+from service.balancing.influence.diagnosis.findings import RunConditions
 from service.balancing.influence.diagnosis.planes import significance
 from service.balancing.influence.diagnosis.readings import examine as examine_readings
 from service.balancing.influence.fit import Prediction, predict
@@ -20,7 +20,7 @@ from service.balancing.rotor.phasors import ComplexArray, polar
 from service.engine import balance_quality, mapping
 from service.engine.evidence.verdict import off_speed
 from service.engine.influence_fits import (
-    Fitted,
+    FittedModel,
     fit_runs,
     fit_saved_or_runs,
     fit_without_phase,
@@ -93,7 +93,7 @@ def _answered(
     machine: Machine,
     runs: Sequence[Run],
     request: CorrectionRequest,
-    fitted: Fitted,
+    fitted: FittedModel,
     number: int,
     key: str,
     used: tuple[int, ...],
@@ -139,7 +139,7 @@ def wishes(
     rows: Sequence[Channel],
     request: CorrectionRequest,
     on_rotor: tuple[MassOnRotor, ...] | None = None,
-) -> Wishes:
+) -> CorrectionOptions:
     """What the correction must respect, in arrays. Raises InvalidInput for an unknown plane."""
     planes: tuple[int, ...] | None = None
     if request.planes is not None:
@@ -149,7 +149,7 @@ def wishes(
     if later is not None:
         check_masses(machine, later, "mounted_later")
     weighted = request.method in ("weighted", "minimax")
-    return Wishes(
+    return CorrectionOptions(
         weights=1.0 / mapping.limits(machine, rows) if weighted else None,
         max_mass=None if request.max_mass_g is None else np.full(len(machine.planes), request.max_mass_g),
         planes=planes,
@@ -159,10 +159,10 @@ def wishes(
     )
 
 
-def circumstances(runs: Sequence[Run], rows: Sequence[Channel]) -> Circumstances:
+def circumstances(runs: Sequence[Run], rows: Sequence[Channel]) -> RunConditions:
     """What else the runs tell, in arrays: speeds, broadband values, what a run was for."""
     speed, overall = mapping.speeds(runs, rows), mapping.overalls(runs, rows)
-    return Circumstances(
+    return RunConditions(
         speed_rpm=speed if np.isfinite(speed).any() else None,
         nominal_rpm=np.array([row.speed_rpm for row in rows]),
         overall=overall if np.isfinite(overall).any() else None,
@@ -172,7 +172,7 @@ def circumstances(runs: Sequence[Run], rows: Sequence[Channel]) -> Circumstances
     )
 
 
-def examined(machine: Machine, runs: Sequence[Run], fitted: Fitted) -> tuple[Diagnostic, ...]:
+def examined(machine: Machine, runs: Sequence[Run], fitted: FittedModel) -> tuple[Diagnostic, ...]:
     """What the runs of a fit say of themselves, worst first."""
     found = diagnose(fitted.runs, fitted.fit, None, None, circumstances(runs, fitted.rows))
     return mapping.diagnostics(machine, runs, fitted.rows, found)
@@ -188,7 +188,7 @@ def correction_vectors(machine: Machine, correction: Correction) -> ComplexArray
 
 def predicted_with(
     machine: Machine,
-    fitted: Fitted | None,
+    fitted: FittedModel | None,
     masses: ComplexArray,
     pieces: Sequence[Placement] = (),
     angle_sd_deg: float | None = None,
@@ -205,7 +205,7 @@ def predicted_with(
     return expected_vectors(machine, fitted, predict_fitted(fitted.fit, masses, spread, kept=kept))
 
 
-def expected_vectors(machine: Machine, fitted: Fitted, true: Prediction) -> tuple[SensorVector, ...]:
+def expected_vectors(machine: Machine, fitted: FittedModel, true: Prediction) -> tuple[SensorVector, ...]:
     """Vectors to expect, with the interval of the true amplitude and that of the next reading."""
     if fitted.known is None or fitted.reading is None:
         return mapping.sensor_vectors(machine, fitted.rows, true)
@@ -214,7 +214,7 @@ def expected_vectors(machine: Machine, fitted: Fitted, true: Prediction) -> tupl
     return mapping.sensor_vectors(machine, fitted.rows, true, Prediction(true.vibration, spread, true.dof))
 
 
-def _require_response(fitted: Fitted) -> None:
+def _require_response(fitted: FittedModel) -> None:
     """Raise NumericsError where no mass of the runs moved any sensor by more than rounding."""
     used = np.isfinite(fitted.fit.initial)
     moved = np.abs(fitted.fit.influence[used]) @ np.abs(fitted.runs.masses).max(axis=0)
@@ -222,7 +222,9 @@ def _require_response(fitted: Fitted) -> None:
         raise NumericsError(Message("planes_dependent.no_response"), field="runs", value=float(moved.max(initial=0.0)))
 
 
-def _solved(machine: Machine, runs: Sequence[Run], fitted: Fitted, request: CorrectionRequest, asked: Wishes) -> Answer:
+def _solved(
+    machine: Machine, runs: Sequence[Run], fitted: FittedModel, request: CorrectionRequest, asked: CorrectionOptions
+) -> Answer:
     """Solve; where the planes cannot be told apart because a sensor is dead or gave nothing, raise that instead."""
     try:
         return _solve(machine, fitted, request, asked)
@@ -233,7 +235,7 @@ def _solved(machine: Machine, runs: Sequence[Run], fitted: Fitted, request: Corr
         raise cause from error
 
 
-def _dead_sensor(runs: Sequence[Run], fitted: Fitted) -> NumericsError | None:
+def _dead_sensor(runs: Sequence[Run], fitted: FittedModel) -> NumericsError | None:
     """A sensor that reads the same in all runs, or lacks too many readings: the first such sensor, and its runs."""
     vibration = fitted.runs.vibration
     for s, row in enumerate(fitted.rows):
@@ -259,7 +261,7 @@ def _dead_sensor(runs: Sequence[Run], fitted: Fitted) -> NumericsError | None:
     return None
 
 
-def _solve(machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: Wishes) -> Answer:
+def _solve(machine: Machine, fitted: FittedModel, request: CorrectionRequest, asked: CorrectionOptions) -> Answer:
     if request.method == "static_couple":
         return _static_couple(machine, fitted)
     solve = minimax if request.method == "minimax" else least_squares
@@ -277,12 +279,12 @@ def _solve(machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: 
     return Answer(answer.masses, answer.predicted, spread, answer.objective, answer.lower_bound)
 
 
-def _free(asked: Wishes) -> bool:
+def _free(asked: CorrectionOptions) -> bool:
     """Whether nothing but the weights of the sensors decides a correction."""
     return asked.planes is None and asked.mounted_later is None and not asked.damping and asked.max_mass is None
 
 
-def _static_couple(machine: Machine, fitted: Fitted) -> Answer:
+def _static_couple(machine: Machine, fitted: FittedModel) -> Answer:
     """Static and couple part corrected by themselves. Raises InvalidInput but for two planes and two sensors."""
     places = mapping.plane_places(machine)
     used = np.flatnonzero(np.isfinite(fitted.fit.initial))
@@ -298,9 +300,9 @@ def _static_couple(machine: Machine, fitted: Fitted) -> Answer:
 def _diagnostics(
     machine: Machine,
     runs: Sequence[Run],
-    fitted: Fitted,
+    fitted: FittedModel,
     request: CorrectionRequest,
-    asked: Wishes,
+    asked: CorrectionOptions,
     answer: Answer,
 ) -> tuple[Diagnostic, ...]:
     speeds = _speeds(machine, fitted.rows)
@@ -344,12 +346,12 @@ def _speeds(machine: Machine, rows: Sequence[Channel]) -> tuple[Diagnostic, ...]
 
 
 def _alternatives(
-    machine: Machine, fitted: Fitted, request: CorrectionRequest, asked: Wishes
+    machine: Machine, fitted: FittedModel, request: CorrectionRequest, asked: CorrectionOptions
 ) -> tuple[tuple[PlaneMass, ...], ...]:
     """Corrections of the other models that explain amplitudes without phase."""
     if fitted.amplitudes is None:
         return ()
-    others = [Fitted(fitted.rows, model, fitted.runs) for model in fitted.amplitudes.models[1:]]
+    others = [FittedModel(fitted.rows, model, fitted.runs) for model in fitted.amplitudes.models[1:]]
     return tuple(mapping.plane_masses(machine, _solve(machine, other, request, asked).masses) for other in others)
 
 
@@ -400,7 +402,7 @@ def check_fields(request: CorrectionRequest) -> None:
             )
 
 
-def _quality(fitted: Fitted, answer: Answer) -> FitQuality:
+def _quality(fitted: FittedModel, answer: Answer) -> FitQuality:
     used = np.isfinite(fitted.fit.initial)
     return FitQuality(
         condition=mapping.known(fitted.fit.condition),

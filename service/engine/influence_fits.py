@@ -33,12 +33,12 @@ _SEED = 20260101
 """Of the starting points where amplitudes alone are fitted: the same runs give the same answer."""
 
 
-MOST_BLUR = 0.3
+MAX_BLUR = 0.3
 """Uncertainty of the coefficients, see `blur`, up to which runs that were not made for it may take over a fit."""
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FittedModel:
     """A fit with the rows it is of, and the runs as arrays, their scatter widened by all that a run errs by.
 
     known: what that is. pieces: the pieces behind the first of the fit's shared errors, in their order. reading: (S,)
@@ -60,7 +60,7 @@ def fit_runs(
     run_out: Sequence[RunOut],
     earlier: Sequence[Sequence[Run]] = (),
     before: Repeats | None = None,
-) -> Fitted:
+) -> FittedModel:
     """Influence coefficients from runs. Raises InvalidInput, NumericsError where they do not determine them.
 
     earlier: runs of other sessions on the machine. Each has an as-found vibration of its own: its difference is fitted
@@ -92,7 +92,7 @@ def fit_runs(
             estimator=fit.estimator[:, : planes + 1, :count],
             shared=fit.shared[:, :, : planes + 1],
         )
-    return Fitted(
+    return FittedModel(
         rows,
         fit,
         replace(known, scatter=whole.scatter[:count]),
@@ -126,7 +126,7 @@ def _of_a_reading(scatter: FloatArray) -> FloatArray:
 
 def fit_saved(
     machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], saved: SavedInfluence
-) -> tuple[Fitted, int]:
+) -> tuple[FittedModel, int]:
     """The latest run with saved coefficients, and its number. Raises InvalidInput, or Conflict for another speed.
 
     The coefficients hold at the nominal speed: what the run turned beside it widens the scatter of its readings.
@@ -149,12 +149,12 @@ def fit_saved(
             value=run.nominal_speed_rpm,
         )
     fit = one_run(arrays, known.masses[0], known.vibration[0], known.scatter[0], known.labels)
-    return Fitted(rows, fit, known, known=errors, reading=reading), run.number
+    return FittedModel(rows, fit, known, known=errors, reading=reading), run.number
 
 
 def fit_saved_or_runs(
     machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], saved: SavedInfluence
-) -> tuple[Fitted, tuple[int, ...], tuple[Diagnostic, ...]]:
+) -> tuple[FittedModel, tuple[int, ...], tuple[Diagnostic, ...]]:
     """The latest run with saved coefficients, unless the session's own runs contradict them: then a fit of these.
 
     Returns the fit, the numbers of the runs in it, and what is to be said of the coefficients. Where the runs do not
@@ -172,18 +172,18 @@ def fit_saved_or_runs(
     return own, tuple(run.number for run in alike), (coefficients_outdated(sensors, replaced=True),)
 
 
-def _own_fit(machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut]) -> Fitted | None:
+def _own_fit(machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut]) -> FittedModel | None:
     """A fit of the session's own runs, where they tell the planes apart well enough to correct by."""
     try:
         fitted = fit_runs(machine, runs, run_out)
     except InvalidInput:
         return None
     seen = blur(fitted.fit)
-    good = seen <= MOST_BLUR if np.isfinite(seen) else fitted.fit.condition <= 1.0 / MOST_BLUR
+    good = seen <= MAX_BLUR if np.isfinite(seen) else fitted.fit.condition <= 1.0 / MAX_BLUR
     return fitted if good and np.isfinite(fitted.fit.initial).any() else None
 
 
-def fit_without_phase(machine: Machine, runs: Sequence[Run]) -> Fitted:
+def fit_without_phase(machine: Machine, runs: Sequence[Run]) -> FittedModel:
     """Coefficients from amplitudes alone, the best model first. Raises NumericsError where there are too few runs."""
     require_runs(runs)
     rows = mapping.channels(machine, runs)
@@ -191,12 +191,12 @@ def fit_without_phase(machine: Machine, runs: Sequence[Run]) -> Fitted:
     found = fit_amplitudes(
         known.masses, mapping.amplitudes(runs, rows), np.random.default_rng(_SEED), labels=known.labels
     )
-    return Fitted(rows, found.models[0], known, found)
+    return FittedModel(rows, found.models[0], known, found)
 
 
 def fit_again(
     machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], correction: Correction
-) -> Fitted | None:
+) -> FittedModel | None:
     """The fit that a correction rests on, from the runs it names; None for a balancer's answer."""
     used = [run for run in runs if run.number in correction.runs]
     match correction.request.source:
@@ -213,7 +213,7 @@ def fit_again(
 
 def placement_errors(
     machine: Machine,
-    fitted: Fitted,
+    fitted: FittedModel,
     pieces: Sequence[Placement],
     angle_sd_deg: float | None = None,
     mass_sd_g: float | None = None,

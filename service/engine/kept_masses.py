@@ -9,11 +9,11 @@ import numpy as np
 from service.balancing.influence.trial_mass import centrifugal_force
 from service.balancing.selection.problem import SelectionResult
 from service.engine import mapping
-from service.engine.selection_problem import Posed
+from service.engine.selection_problem import PlanProblem
 from service.engine.validation import hole_label, plane_index, position_index
 
 
-def broken_limits(posed: Posed) -> SelectionResult | None:
+def broken_limits(posed: PlanProblem) -> SelectionResult | None:
     """The infeasible result of a plan whose kept masses break a limit already; None where they keep all of them."""
     if posed.request.base != "present":
         return None
@@ -34,7 +34,7 @@ def broken_limits(posed: Posed) -> SelectionResult | None:
     )
 
 
-def _of_planes(posed: Posed) -> list[str]:
+def _of_planes(posed: PlanProblem) -> list[str]:
     kept = posed.ground.inputs.present
     out = []
     for plane in posed.ground.machine.planes:
@@ -47,7 +47,7 @@ def _of_planes(posed: Posed) -> list[str]:
     return out
 
 
-def _of_positions(posed: Posed) -> list[str]:
+def _of_positions(posed: PlanProblem) -> list[str]:
     machine = posed.ground.machine
     blocked = {
         (p := plane_index(machine, b.plane, "blocked"), position_index(machine.planes[p], b.position_deg, "blocked"))

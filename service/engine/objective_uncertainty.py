@@ -8,11 +8,13 @@ from service.balancing.influence.corrections import least_squares
 from service.balancing.influence.fit import predict
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.balancing.selection.problem import Objective
-from service.engine.influence_fits import Fitted
+from service.engine.influence_fits import FittedModel
 from service.model.plan import PlanRequest
 
 
-def objective_scatter(objective: Objective, request: PlanRequest, fitted: Fitted | None, target: ComplexArray) -> float:
+def objective_scatter(
+    objective: Objective, request: PlanRequest, fitted: FittedModel | None, target: ComplexArray
+) -> float:
     """Standard deviation of the objective near its optimum `target` (P,), first order; 0 where it cannot be known."""
     if fitted is None:
         return 0.0

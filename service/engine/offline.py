@@ -10,7 +10,7 @@ from typing import Any
 from service.engine.correction_solver import solve_correction
 from service.engine.influence_fits import used
 from service.engine.plan_solver import solve_plan
-from service.engine.selection_problem import Ground
+from service.engine.selection_problem import PlanContext
 from service.errors import InvalidInput
 from service.model.correction import Correction, CorrectionRequest
 from service.model.plan import Plan, PlanInputs, PlanRequest
@@ -54,7 +54,7 @@ def plan(
         )
     asked = PlanRequest(**{"objective": "residual_vibration", **request, "correction_id": correction.id})
     inputs = PlanInputs(counts=tuple(item.count for item in session.catalogue.items), present=(), version=__version__)
-    ground = Ground(
+    ground = PlanContext(
         machine=session.machine,
         items=session.catalogue.items,
         runs=session.runs,

@@ -20,7 +20,7 @@ JAYA_RUNS = 4
 """Independent runs of the modified Jaya where it answers alone; how many agree says how far to trust it."""
 JAYA_SHARE = 0.2
 """Share of the time limit that `certified` leaves to the modified Jaya."""
-FEWEST_SHARE = 0.75
+MIN_SHARE = 0.75
 """Share of the time limit for the proof of the fewest masses; after it, any number that meets the limit is searched."""
 PATIENCE = 256
 """Steps of the exact search before it may end `within_uncertainty`; what takes fewer is proved in full.
@@ -79,7 +79,7 @@ def run_method(
 
     if request.mode != "best":
         limit = limit_of_mode(request, now)
-        add("exact", lambda: _fewest(problem, limit, over(FEWEST_SHARE), over()))
+        add("exact", lambda: _fewest(problem, limit, over(MIN_SHARE), over()))
     else:
         if request.method == "modified_jaya":
             runs = min(JAYA_RUNS, runs_together(problem, budget(problem, as_published=False)[0]))

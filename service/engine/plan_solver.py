@@ -20,7 +20,7 @@ from service.engine.correction_solver import predicted_with
 from service.engine.kept_masses import broken_limits
 from service.engine.plan_methods import Part, Solved, run_method
 from service.engine.rotor_state import Mounted, changes, pieces_of
-from service.engine.selection_problem import Ground, Posed, pose
+from service.engine.selection_problem import PlanContext, PlanProblem, pose
 from service.errors import Conflict, InvalidInput
 from service.messages import Message
 from service.model.correction import SensorVector
@@ -31,7 +31,7 @@ UNIT = {"components": "g.mm", "residual_vibration": "1", "bearing_force": "1"}
 
 
 def solve_plan(
-    ground: Ground,
+    ground: PlanContext,
     request: PlanRequest,
     *,
     number: int,
@@ -72,7 +72,7 @@ def solve_plan(
     )
 
 
-def solve(posed: Posed, monotonic: Callable[[], float]) -> Solved:
+def solve(posed: PlanProblem, monotonic: Callable[[], float]) -> Solved:
     """Run the plan's solvers, unless the masses that are to stay break a limit by themselves."""
     broken = broken_limits(posed)
     if broken is not None:
@@ -81,7 +81,7 @@ def solve(posed: Posed, monotonic: Callable[[], float]) -> Solved:
     return run_method(posed.problem, posed.request, posed.uncertainty, monotonic, now)
 
 
-def _objective_now(posed: Posed) -> float:
+def _objective_now(posed: PlanProblem) -> float:
     """What the masses that are fitted come to, by the catalogue. Raises Conflict or InvalidInput where there are none.
 
     Weighed masses are left out of it: the same pieces in the same holes must always do as well as themselves.
@@ -98,7 +98,7 @@ def _objective_now(posed: Posed) -> float:
     return float(evaluate(posed.objective, vectors))
 
 
-def offer_of(posed: Posed, result: SelectionResult) -> Offer:
+def offer_of(posed: PlanProblem, result: SelectionResult) -> Offer:
     """A result as placements with what is proved of them."""
     placements, off = posed.placements(result.pieces) if result.pieces is not None else ((), ())
     slack_proved = result.details.get("slack_proved")
@@ -115,7 +115,7 @@ def offer_of(posed: Posed, result: SelectionResult) -> Offer:
     )
 
 
-def _counting(posed: Posed, message: str) -> str:
+def _counting(posed: PlanProblem, message: str) -> str:
     """A message of mode fewest counts the pieces that are chosen: say which are not among them."""
     kept = len(posed.ground.inputs.present) if posed.request.base == "present" else 0
     if posed.request.mode == "best" or not kept:
@@ -136,7 +136,7 @@ def _distinct(first: Offer, others: Sequence[Offer]) -> tuple[Offer, ...]:
     return tuple(out)
 
 
-def refitted(ground: Ground, plan: Plan, actual: tuple[Placement, ...]) -> Plan:
+def refitted(ground: PlanContext, plan: Plan, actual: tuple[Placement, ...]) -> Plan:
     """The plan with predictions for what was really fitted."""
     machine, posed = ground.machine, pose(ground, plan.request)
     vectors = mapping.placement_vectors(machine, actual) - mapping.placement_vectors(machine, plan.taken_off)
@@ -148,7 +148,7 @@ def refitted(ground: Ground, plan: Plan, actual: tuple[Placement, ...]) -> Plan:
     )
 
 
-def changes_of(ground: Ground, wanted: Sequence[Placement], off: Sequence[Placement]) -> tuple[Change, ...]:
+def changes_of(ground: PlanContext, wanted: Sequence[Placement], off: Sequence[Placement]) -> tuple[Change, ...]:
     """What to remove, keep and add to get from the rotor as it was when the plan was made to the one wanted."""
     inputs = ground.inputs
     if inputs.on_rotor is None:
@@ -172,7 +172,7 @@ def forces(machine: Machine, target: ComplexArray, vectors: ComplexArray) -> Bea
     return BearingForces(bearings=names, before=tuple(before.tolist()), after=tuple(after.tolist()))
 
 
-def _predicted(posed: Posed, vectors: ComplexArray, pieces: Sequence[Placement]) -> tuple[SensorVector, ...]:
+def _predicted(posed: PlanProblem, vectors: ComplexArray, pieces: Sequence[Placement]) -> tuple[SensorVector, ...]:
     request = posed.request
     return predicted_with(
         posed.ground.machine,
@@ -184,7 +184,7 @@ def _predicted(posed: Posed, vectors: ComplexArray, pieces: Sequence[Placement])
     )
 
 
-def _placement_spread(posed: Posed, result: SelectionResult) -> float | None:
+def _placement_spread(posed: PlanProblem, result: SelectionResult) -> float | None:
     tolerance = posed.request.angle_tolerance_deg
     if tolerance is None or result.pieces is None:
         return None

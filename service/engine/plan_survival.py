@@ -12,13 +12,13 @@ from service.balancing.selection.batch.regions import Objectives
 from service.balancing.selection.batch.survival import Survival, survival
 from service.balancing.selection.batch.tables import shared_rows
 from service.engine import mapping
-from service.engine.selection_problem import Posed
+from service.engine.selection_problem import PlanProblem
 
 DRAWS = 2_000
 """Draws behind a probability: its own standard deviation is then about one in a hundred."""
 
 
-def plan_survival(posed: Posed, candidates: Sequence[ComplexArray], *, draws: int = DRAWS) -> Survival | None:
+def plan_survival(posed: PlanProblem, candidates: Sequence[ComplexArray], *, draws: int = DRAWS) -> Survival | None:
     """Rate selections of a plan, vector sums (P,) in g each, over draws of the coefficients it rests on.
 
     Within limits means every sensor at most its own limit. None where the objective is not the residual vibration, or

@@ -11,12 +11,12 @@ import numpy as np
 from service.balancing.rotor.phasors import ComplexArray, to_radians
 from service.balancing.rotor.units import angular_speed
 from service.balancing.selection import objectives
-from service.balancing.selection.mounted_pieces import FittedPiece, FittedProblem, with_fitted
+from service.balancing.selection.mounted_pieces import MountedPiece, MountedProblem, with_fitted
 from service.balancing.selection.placements import Selection
 from service.balancing.selection.problem import UNLIMITED, Norm, Objective, SelectionPlane, SelectionProblem, Stock
 from service.engine import mapping
 from service.engine.correction_solver import correction_vectors
-from service.engine.influence_fits import Fitted, fit_again
+from service.engine.influence_fits import FittedModel, fit_again
 from service.engine.objective_uncertainty import objective_scatter
 from service.engine.rotor_state import as_found_placement, in_order
 from service.engine.validation import POSITION_TOLERANCE_DEG, hole_label, plane_index, position_index
@@ -30,7 +30,7 @@ from service.model.session import AsFoundPiece
 
 
 @dataclass(frozen=True)
-class Ground:
+class PlanContext:
     """All that a plan is made on; `runs` are all of the session's, the correction says which of them it used."""
 
     machine: Machine
@@ -43,15 +43,15 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Posed:
+class PlanProblem:
     """A plan in arrays, with the pieces on the rotor in it; `objective` is of masses on the as-found rotor."""
 
-    ground: Ground
+    ground: PlanContext
     request: PlanRequest
     target: ComplexArray
-    fitted: Fitted | None
+    fitted: FittedModel | None
     objective: Objective
-    pieces: FittedProblem
+    pieces: MountedProblem
     uncertainty: float
 
     @property
@@ -90,7 +90,7 @@ class Posed:
         return self.ground.inputs.present_off if self.request.base == "present" else ()
 
 
-def pose(ground: Ground, request: PlanRequest) -> Posed:
+def pose(ground: PlanContext, request: PlanRequest) -> PlanProblem:
     """Pose a plan's problem. Raises InvalidInput, Conflict for a request that cannot be meant."""
     machine = ground.machine
     target = correction_vectors(machine, ground.correction)
@@ -119,15 +119,15 @@ def pose(ground: Ground, request: PlanRequest) -> Posed:
         tolerance=math.radians(POSITION_TOLERANCE_DEG),
     )
     scatter = objective_scatter(objective, request, fitted, target)
-    return Posed(ground, request, target, fitted, objective, pieces, scatter)
+    return PlanProblem(ground, request, target, fitted, objective, pieces, scatter)
 
 
-def fit_of(ground: Ground) -> Fitted | None:
+def fit_of(ground: PlanContext) -> FittedModel | None:
     """The fit that the correction rests on; None for a balancer's answer."""
     return fit_again(ground.machine, ground.runs, ground.run_out, ground.correction)
 
 
-def on_now(ground: Ground) -> tuple[AsFoundPiece, ...]:
+def on_now(ground: PlanContext) -> tuple[AsFoundPiece, ...]:
     """As-found pieces that the plan fitted now has left where they were."""
     gone = [(p.plane, p.position_deg, p.mass_g) for p in ground.inputs.present_off]
     left = []
@@ -151,9 +151,9 @@ def moved_to(plane: Plane, position: int, mass_g: float) -> Placement:
     )
 
 
-def _fitted_piece(machine: Machine, piece: AsFoundPiece) -> FittedPiece:
+def _fitted_piece(machine: Machine, piece: AsFoundPiece) -> MountedPiece:
     plane = plane_index(machine, piece.plane, "on_rotor.plane")
-    return FittedPiece(plane, to_radians(piece.position_deg, machine.angle_sense), piece.mass_g, piece.may)
+    return MountedPiece(plane, to_radians(piece.position_deg, machine.angle_sense), piece.mass_g, piece.may)
 
 
 def _placement(plane: Plane, position: int, item: CatalogueItem) -> Placement:
@@ -166,7 +166,7 @@ def _placement(plane: Plane, position: int, item: CatalogueItem) -> Placement:
     )
 
 
-def _objective(machine: Machine, request: PlanRequest, target: ComplexArray, fitted: Fitted | None) -> Objective:
+def _objective(machine: Machine, request: PlanRequest, target: ComplexArray, fitted: FittedModel | None) -> Objective:
     if request.objective != "residual_vibration":
         for name in ("norm", "weights"):
             if getattr(request, name) is not None:
@@ -184,7 +184,7 @@ def _objective(machine: Machine, request: PlanRequest, target: ComplexArray, fit
     return _residual(machine, request, fitted)
 
 
-def _residual(machine: Machine, request: PlanRequest, fitted: Fitted | None) -> Objective:
+def _residual(machine: Machine, request: PlanRequest, fitted: FittedModel | None) -> Objective:
     if fitted is None:
         raise Conflict(Message("no_influence.balancer_answer"), field="objective", value="residual_vibration")
     used = np.isfinite(fitted.fit.initial)

@@ -9,7 +9,7 @@ import numpy as np
 
 from service.errors import NumericsError
 from service.optimize.front import crowding, front_ranks, undominated
-from service.optimize.population import FEWEST_MEMBERS
+from service.optimize.population import MIN_MEMBERS
 from service.optimize.problem import FloatArray, IntArray
 from service.optimize.search import total_violation
 
@@ -44,9 +44,9 @@ class Members:
     """A population with objectives (n, k), violations, ranks and crowding distances."""
 
     def __init__(self, problem: FrontSearchProblem, members: int, rng: np.random.Generator) -> None:
-        if members < FEWEST_MEMBERS:
+        if members < MIN_MEMBERS:
             raise NumericsError(
-                f"the population must have at least {FEWEST_MEMBERS} members, got {members}",
+                f"the population must have at least {MIN_MEMBERS} members, got {members}",
                 code="population_too_small",
                 field="members",
                 value=members,

@@ -12,7 +12,7 @@ from service.optimize.problem import FloatArray, IntArray, MixedProblem, validat
 from service.optimize.search import Progress, total_violation
 
 BoolArray = NDArray[np.bool_]
-FEWEST_MEMBERS = 4
+MIN_MEMBERS = 4
 
 
 @dataclass
@@ -36,9 +36,9 @@ class Population:
     ) -> Population:
         """Uniform members; the first ones are those of `start` (k, d). Raises NumericsError for fewer than 4."""
         validate(problem)
-        if members < FEWEST_MEMBERS:
+        if members < MIN_MEMBERS:
             raise NumericsError(
-                f"the population must have at least {FEWEST_MEMBERS} members, got {members}",
+                f"the population must have at least {MIN_MEMBERS} members, got {members}",
                 code="population_too_small",
                 field="members",
                 value=members,

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncGenerator, Iterable
 from contextlib import suppress
 
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 
 SOONEST_S = 0.2
 """A source delivers many times a second; nobody can read more than a few changes in it."""
@@ -15,7 +15,7 @@ LATEST_S = 1.0
 
 
 async def news(
-    work: Work, topics: Iterable[str], *, soonest_s: float = SOONEST_S, latest_s: float = LATEST_S
+    work: AppContext, topics: Iterable[str], *, soonest_s: float = SOONEST_S, latest_s: float = LATEST_S
 ) -> AsyncGenerator[None]:
     """One turn whenever something may have been stored of these machines or sessions (keys), without end.
 

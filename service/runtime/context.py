@@ -21,10 +21,10 @@ from db.set_apart import require_readable
 from db.store import Store
 from db.unreadable import DocumentRefused, UnreadableRow
 from service.errors import Abandoned, Conflict, InvalidInput, NotFound, StorageFull, Unavailable
-from service.runtime.group_commit import Together
+from service.runtime.group_commit import GroupCommit
 from service.runtime.listeners import Listeners
-from service.runtime.metrics import Meters
-from service.runtime.solver_slots import Turns
+from service.runtime.metrics import Metrics
+from service.runtime.solver_slots import SolverSlots
 
 Row = TypeVar("Row", bound=Base)
 Argument = TypeVar("Argument")
@@ -49,7 +49,7 @@ def never() -> bool:
 
 
 @dataclass(frozen=True)
-class Work:
+class AppContext:
     """Storage, clocks and identifiers; tests hand in their own. `actor` is who acts: a token's name, or local.
 
     max_ahead_s: readings that are dated further ahead of the moment at which they come are set apart.
@@ -66,9 +66,9 @@ class Work:
     max_readings: int = 10_000
     max_ahead_s: float = 60.0
     actor: str = "local"
-    meters: Meters = field(default_factory=Meters)
-    together: Together[Any, Any] = field(default_factory=Together)
-    turns: Turns = field(default_factory=Turns)
+    meters: Metrics = field(default_factory=Metrics)
+    together: GroupCommit[Any, Any] = field(default_factory=GroupCommit)
+    turns: SolverSlots = field(default_factory=SolverSlots)
     long_list: threading.Lock = field(default_factory=threading.Lock)
     listeners: Listeners = field(default_factory=Listeners)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
@@ -80,11 +80,11 @@ class Work:
     seen: int | None = None
     """Version of the session or plan on which the request was made; None: it does not say."""
 
-    def acting(self, actor: str) -> Work:
+    def acting(self, actor: str) -> AppContext:
         """The same, for another actor."""
         return replace(self, actor=actor)
 
-    def having_seen(self, version: int | None) -> Work:
+    def having_seen(self, version: int | None) -> AppContext:
         """The same, for a request that was made on this version of its session or plan."""
         return replace(self, seen=version)
 
@@ -106,12 +106,12 @@ class Work:
         return _stored(self.database.read() if self.looking is None else nullcontext(self.looking()))
 
     @contextmanager
-    def one_moment(self) -> Iterator[Work]:
+    def one_moment(self) -> Iterator[AppContext]:
         """The same, whose looks within the block all see one moment; begun by the first of them."""
         with ExitStack() as ending:
             yield self if self.looking is not None else self.looking_within(ending)
 
-    def looking_within(self, ending: ExitStack) -> Work:
+    def looking_within(self, ending: ExitStack) -> AppContext:
         """The same, whose looks all see one moment until `ending` ends; begun by the first of them."""
         begun: list[Store] = []
 

@@ -19,7 +19,7 @@ Outcome = TypeVar("Outcome")
 Batch = Callable[[Sequence[Item]], Sequence[Outcome | Exception]]
 
 
-class Together(Generic[Item, Outcome]):
+class GroupCommit(Generic[Item, Outcome]):
     """Gathers items while a batch is under way and does them as the next batch.
 
     A `batch` is handed all items that wait and answers each; what it raises itself is raised to all of them.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from service.model.base import document
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 
 SLOW_S = 0.5
 """A sign of life from the database takes a millisecond; above this something holds it up."""
@@ -25,7 +25,7 @@ class Readiness:
     """How long the database took, s."""
 
 
-def readiness(work: Work) -> Readiness:
+def readiness(work: AppContext) -> Readiness:
     """Ask the database for a sign of life and take the time."""
     begun = work.monotonic()
     try:

@@ -16,7 +16,7 @@ from db.rows import IdempotencyRow
 from db.store import Store
 from service.errors import InvalidInput
 from service.messages import Message
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 
 KEPT = timedelta(hours=24)
 """How long an answer is kept at least; once it is forgotten its key is like a new one."""
@@ -31,7 +31,7 @@ class Answer:
     replayed: bool = False
 
 
-def answer(work: Work, key: str, request: str, act: Callable[[Work], Answer]) -> Answer:
+def answer(work: AppContext, key: str, request: str, act: Callable[[AppContext], Answer]) -> Answer:
     """What `act` answers, done once for all requests with this key. request: digest of what is asked for.
 
     `act` is called with a work whose units are all one, which commits with the answer. Raises InvalidInput where the
@@ -63,7 +63,7 @@ class _KeyTaken(Exception):
 class _Unit:
     """One unit of work for all that a request writes; begun, with the claim of its key, by the first who writes."""
 
-    def __init__(self, work: Work, ending: ExitStack, name: str, request: str) -> None:
+    def __init__(self, work: AppContext, ending: ExitStack, name: str, request: str) -> None:
         self._work = work
         self._ending = ending
         self._row = IdempotencyRow(id=name, request=request, status=0, body="", expires_at=work.now() + KEPT)
@@ -86,7 +86,7 @@ class _Unit:
         self._store.flush()
 
 
-def _kept(work: Work, name: str, request: str, key: str) -> Answer | None:
+def _kept(work: AppContext, name: str, request: str, key: str) -> Answer | None:
     with work.read() as store:
         row = store.get(IdempotencyRow, name)
         if row is None:

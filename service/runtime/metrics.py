@@ -13,14 +13,14 @@ from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, gene
 
 from service.runtime.listeners import ListenerState
 
-MOST_SOURCES = 500
+MAX_SOURCES = 500
 """Sources with a line of their own; a stranger's thousand names must not fill the memory."""
 OTHERS = "(others)"
 _REQUEST_S = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0)
 _SOLVE_S = (0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 120.0)
 
 
-class Meters:
+class Metrics:
     """Counters of one process; safe between threads."""
 
     def __init__(self) -> None:
@@ -97,7 +97,7 @@ class Meters:
             known = source in self._highest
             last = self._highest.get(source, numbers[0] - 1)
             new = [number for number in numbers if number > last]
-            if new and (known or len(self._highest) < MOST_SOURCES):
+            if new and (known or len(self._highest) < MAX_SOURCES):
                 self._highest[source] = new[-1]
         if not new or new[-1] - last == len(new):
             return 0

@@ -12,19 +12,19 @@ from service.messages import Message
 
 WAIT_S = 5.0
 """How long a selection waits for its turn; most take a tenth of a second."""
-MOST_WAITING = 16
+MAX_WAITING = 16
 """Whoever waits holds a thread: beyond so many the next is refused at once, and ordinary requests find one."""
 RETRY_AFTER_S = 2
 
 
-class Turns:
+class SolverSlots:
     """Turns to compute, safe between threads. at_once: how many at a time; None: one a core, two at least."""
 
     def __init__(self, at_once: int | None = None, *, wait_s: float = WAIT_S) -> None:
         self.at_once = at_once or max(2, os.cpu_count() or 1)
         self._wait_s = wait_s
         self._free = threading.Semaphore(self.at_once)
-        self._queue = threading.Semaphore(MOST_WAITING)
+        self._queue = threading.Semaphore(MAX_WAITING)
 
     @contextmanager
     def turn(self) -> Iterator[None]:

@@ -12,10 +12,10 @@ from db.set_apart import fault_in_row
 from db.store import Store
 from service.errors import InvalidInput
 from service.model.history import Finding, HistoryEntry, Verdict
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 
 
-def of_session(work: Work, session_id: str, limit: int, offset: int) -> tuple[HistoryEntry, ...]:
+def of_session(work: AppContext, session_id: str, limit: int, offset: int) -> tuple[HistoryEntry, ...]:
     """Changes of a session, newest first. Raises NotFound."""
     with work.read() as store:
         require(store, SessionRow, session_id)
@@ -23,7 +23,13 @@ def of_session(work: Work, session_id: str, limit: int, offset: int) -> tuple[Hi
 
 
 def find(
-    work: Work, limit: int, offset: int, *, kind: str | None = None, key: str | None = None, actor: str | None = None
+    work: AppContext,
+    limit: int,
+    offset: int,
+    *,
+    kind: str | None = None,
+    key: str | None = None,
+    actor: str | None = None,
 ) -> tuple[HistoryEntry, ...]:
     """Changes, newest first: all, of one kind of thing, of one thing, by one actor. Raises InvalidInput."""
     if kind is not None and kind not in KINDS:
@@ -37,7 +43,7 @@ def find(
         return tuple(_entry(row) for row in store.history(limit, offset, kind=kind, key=key, actor=actor))
 
 
-def verify(work: Work, head: str | None = None) -> Verdict:
+def verify(work: AppContext, head: str | None = None) -> Verdict:
     """Compare what is stored with the history: its chain, closed sessions, every row, the ledger, readings by batch.
 
     head: NUMBER:HASH as an earlier walk gave it, which must be on the chain. Raises InvalidInput where it is none.

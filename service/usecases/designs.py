@@ -20,7 +20,7 @@ from service.design.verdict import ClaimCheck, verdict
 from service.errors import NotFound
 from service.messages import Message
 from service.model import design as told
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 
 VERDICT_STEPS = 12
 """Starts of the optimum in a verdict; the document can be optimised with more."""
@@ -49,7 +49,7 @@ def check(request: told.DesignRequest) -> told.DesignCheck:
     )
 
 
-def evaluate(work: Work, request: told.DesignRequest) -> told.DesignEvaluation:
+def evaluate(work: AppContext, request: told.DesignRequest) -> told.DesignEvaluation:
     """What the design of a document does; raises RefusedDesign."""
     study = study_of(request.document)
     with work.turns.turn():
@@ -70,7 +70,7 @@ def evaluate(work: Work, request: told.DesignRequest) -> told.DesignEvaluation:
     )
 
 
-def optimise(work: Work, request: told.DesignOptimiseRequest) -> told.DesignOutcome:
+def optimise(work: AppContext, request: told.DesignOptimiseRequest) -> told.DesignOutcome:
     """The best design that a method finds; raises RefusedDesign."""
     with work.turns.turn():
         found = optimising.optimise(
@@ -85,7 +85,7 @@ def optimise(work: Work, request: told.DesignOptimiseRequest) -> told.DesignOutc
     return _outcome(found, _units(request.document))
 
 
-def front(work: Work, request: told.DesignFrontRequest) -> told.DesignFront:
+def front(work: AppContext, request: told.DesignFrontRequest) -> told.DesignFront:
     """The front of the two responses that a document trades off; raises RefusedDesign."""
     with work.turns.turn():
         found = optimising.front(
@@ -104,7 +104,7 @@ def front(work: Work, request: told.DesignFrontRequest) -> told.DesignFront:
     return told.DesignFront(names=found.names, points=points, complete=found.complete, seed=found.seed)
 
 
-def judge(work: Work, name: str) -> told.DesignVerdict:
+def judge(work: AppContext, name: str) -> told.DesignVerdict:
     """The published designs of a system, evaluated again, and the optimum. Raises NotFound."""
     document = get_preset(name).document
     units = _units(document)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from db.store import Store
 from service.model.base import document
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 
 
 @document
@@ -33,7 +33,7 @@ class Repaired:
     """What cannot be read still."""
 
 
-def repair(work: Work, *, mend: bool = True) -> Repaired:
+def repair(work: AppContext, *, mend: bool = True) -> Repaired:
     """Mend what needs no guess, all in one unit of work with its lines of history, and list what is unreadable.
 
     Mended is a scatter that is rounding error: it becomes null. mend: False only lists.

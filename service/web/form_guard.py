@@ -15,7 +15,7 @@ from fastapi.responses import HTMLResponse, Response
 
 from service import errors
 from service.runtime import idempotency
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases import optimistic_lock
 from service.web.forms import Form
 from service.web.language import N_
@@ -24,7 +24,7 @@ from service.web.session import steps
 from service.web.session.guide import Guide, look
 from service.web.session.refused_form import kept
 
-Act = Callable[[Work], str]
+Act = Callable[[AppContext], str]
 """Does what was asked for; tells the path to go on with."""
 CHANGED = N_(
     "Somebody has gone on with this session meanwhile, on another tablet perhaps. What you sent was not stored. "
@@ -32,7 +32,7 @@ CHANGED = N_(
 )
 _OF_THE_PAGE = frozenset({"form_token", "stamp", "moment", FORM_KEY})
 """Fields that do not say what is asked for."""
-LONGEST_KEY = 64
+MAX_KEY = 64
 
 
 class Stale(Exception):
@@ -76,7 +76,7 @@ def done(page: Page, typed: Mapping[str, str], act: Act) -> Response:
 def done_in(page: Page, guide: Guide, typed: dict[str, str], act: Act) -> Response:
     """Do it once, in one unit of work, unless the session is another than `guide` since. Raises Stale, and as `act`."""
 
-    def unchanged(work: Work) -> str:
+    def unchanged(work: AppContext) -> str:
         optimistic_lock.hold(work.having_seen(guide.session.version), guide.session.id)
         return act(work)
 
@@ -96,7 +96,7 @@ def require_fresh(page: Page, guide: Guide, typed: dict[str, str]) -> None:
     if typed.get("stamp") == guide.stamp:
         return
 
-    def stale(_work: Work) -> idempotency.Answer:
+    def stale(_work: AppContext) -> idempotency.Answer:
         raise Stale(page, guide, typed)
 
     key, asked = _name(page, typed)
@@ -115,5 +115,5 @@ def _name(page: Page, typed: Mapping[str, str]) -> tuple[str, str]:
     """Key of what is asked for, and its digest; with other fields it is another form."""
     fields = sorted((name, text) for name, text in typed.items() if name not in _OF_THE_PAGE)
     asked = hashlib.sha256(json.dumps([page.request.url.path, fields]).encode()).hexdigest()
-    key = typed.get(FORM_KEY, "")[:LONGEST_KEY] or uuid.uuid4().hex
+    key = typed.get(FORM_KEY, "")[:MAX_KEY] or uuid.uuid4().hex
     return f"form {key} {asked}", asked

@@ -20,7 +20,7 @@ from service.web.preferences import Preferences
 from service.web.units import DEGREES, Unit
 from service.web.wording import advice_of, message_of
 
-MOST_FIELDS = 4000
+MAX_FIELDS = 4000
 LONGEST = 20_000
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 _APART = re.compile(r"[\t\n\r]")
@@ -154,7 +154,7 @@ class Form:
 
 async def typed_fields(request: Request) -> dict[str, str]:
     """Fields of a form that was sent, as text; of several of one name the last."""
-    async with request.form(max_fields=MOST_FIELDS, max_files=0) as form:
+    async with request.form(max_fields=MAX_FIELDS, max_files=0) as form:
         return {
             name: value.encode("utf-8", "replace").decode()[:LONGEST]
             for name, value in form.multi_items()

@@ -13,7 +13,7 @@ from service.web.language import N_
 from service.web.rendering import Page
 from service.web.units import KILOGRAMS, NEWTONS, TURNS
 
-MOST_PLANES, MOST_SENSORS = 8, 64
+MAX_PLANES, MAX_SENSORS = 8, 64
 UNITS = {
     "mm/s": "velocity",
     "in/s": "velocity",
@@ -34,7 +34,7 @@ CHOICES: dict[str, Any] = {
     "angle_senses": ANGLE_SENSES,
     "phase_senses": PHASE_SENSES,
 }
-LONGEST_LABEL = 100
+MAX_LABEL = 100
 _EVEN = 1e-6
 FIELDS_OF = {"positions_deg": ("holes", "first_deg", "positions_deg")}
 """Fields of the form for what has several."""
@@ -70,7 +70,7 @@ def filled(page: Page, machine: Machine) -> Form:
 def count(form: Form, name: str) -> int:
     """How many planes or sensors the form has."""
     text = form.value(name, "1")
-    most = MOST_PLANES if name == "planes" else MOST_SENSORS
+    most = MAX_PLANES if name == "planes" else MAX_SENSORS
     return min(max(int(text), 1), most) if text.isdecimal() and len(text) < 4 else 1
 
 
@@ -215,8 +215,8 @@ def _labels(form: Form, where: str) -> tuple[str, ...] | None:
     listed = form.text(f"{where}hole_labels", most=4000, listed=True)
     parted = [one.strip() for one in listed.split(";")] if listed and ";" in listed else (listed or "").split()
     labels = tuple(one for one in parted if one) or None
-    if any(len(label) > LONGEST_LABEL for label in labels or ()):
-        form.wrong(f"{where}hole_labels", N_("At most %(most)s characters in one label."), most=LONGEST_LABEL)
+    if any(len(label) > MAX_LABEL for label in labels or ()):
+        form.wrong(f"{where}hole_labels", N_("At most %(most)s characters in one label."), most=MAX_LABEL)
     return labels
 
 

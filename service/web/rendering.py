@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 from service.messages import Message
 from service.model.message import MessageData
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.runtime.presence import Presence
 from service.usecases.access.tokens import Principal
 from service.version import __version__
@@ -43,7 +43,7 @@ class Page:
     def __init__(self, request: Request, looking: ExitStack | None = None) -> None:
         self.request = request
         self._looking = looking
-        self._work: Work | None = None
+        self._work: AppContext | None = None
         header = request.headers.get("accept-language")
         self.preferences = Preferences.read(request.cookies.get(COOKIE), header)
         self.language = self.preferences.language
@@ -52,10 +52,10 @@ class Page:
         self.secure = request.url.scheme == "https"
 
     @property
-    def work(self) -> Work:
+    def work(self) -> AppContext:
         """What the use cases need. A page that only shows sees one moment, whatever it looks at."""
         if self._work is None:
-            work: Work = self.request.app.state.work
+            work: AppContext = self.request.app.state.work
             actor = work.actor if self.principal is None else self.principal.name
             work = replace(work, gone=Presence(self.request), actor=actor)
             self._work = work if self._looking is None else work.looking_within(self._looking)

@@ -12,7 +12,7 @@ from service.web.pictures.svg import to_svg
 from service.web.pictures.trend import TrendPoint, trend_chart
 from service.web.rendering import Page
 
-MOST_SESSIONS = 12
+MAX_SESSIONS = 12
 """So many are read for a trend: a page stays quick however long a machine has been looked after."""
 
 
@@ -20,7 +20,7 @@ def of_machine(page: Page, machine: StoredMachine) -> list[Markup]:
     """A picture for each sensor that was measured at service speed in two sessions or more, with the limit."""
     points: dict[str, list[TrendPoint]] = {sensor.name: [] for sensor in machine.sensors}
     sensors = {sensor.name: sensor for sensor in machine.sensors}
-    for opened_at, lines in reports.trend(page.work, machine.id, MOST_SESSIONS):
+    for opened_at, lines in reports.trend(page.work, machine.id, MAX_SESSIONS):
         for line in lines:
             if line.sensor in points and line.speed_rpm == machine.service_speed_rpm:
                 unit = page.display.amplitude_unit(sensors[line.sensor])

@@ -20,7 +20,7 @@ from service.app import PREFIX
 from service.errors import InvalidInput
 from service.model.machine import Catalogue, CatalogueItem
 from service.runtime import idempotency
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.runtime.idempotency import KEPT, Answer
 from service.usecases.stock import catalogues
 from tests.api.record_examples import Recorder, walk
@@ -160,7 +160,7 @@ def test_no_key_ends_early_because_the_clock_was_set(shop: Workshop, by: timedel
 
 
 def test_keys_belong_to_their_actor(shop: Workshop) -> None:
-    def act(acting: Work) -> Answer:
+    def act(acting: AppContext) -> Answer:
         return Answer(200, acting.actor)
 
     for actor in ("tablet 1", "tablet 2", "tablet 1"):
@@ -177,7 +177,7 @@ def test_a_key_that_is_none_is_refused(shop: Workshop, key: str) -> None:
 
 
 def test_a_crash_before_the_answer_is_kept_undoes_the_change(shop: Workshop) -> None:
-    def act(acting: Work) -> Answer:
+    def act(acting: AppContext) -> Answer:
         shop_box(acting)
         raise ZeroDivisionError
 
@@ -186,7 +186,7 @@ def test_a_crash_before_the_answer_is_kept_undoes_the_change(shop: Workshop) -> 
     assert (shop.count("catalogue"), shop.count("idempotency"), shop.count("audit")) == (0, 0, 0)
 
 
-def shop_box(work: Work) -> str:
+def shop_box(work: AppContext) -> str:
     """A box, made by the use case."""
     return catalogues.create(work, Catalogue(name="box", items=(CatalogueItem(mass_g=10.0, count=1),))).id
 
@@ -199,12 +199,12 @@ def test_two_requests_with_one_key_at_once_are_done_once(shop: Workshop) -> None
     def one(_: int) -> Answer:
         database = Database(url)
 
-        def act(acting: Work) -> Answer:
+        def act(acting: AppContext) -> Answer:
             start.wait(timeout=30)
             return Answer(201, shop_box(acting))
 
         try:
-            return idempotency.answer(Work(database=database), "key", "request", act)
+            return idempotency.answer(AppContext(database=database), "key", "request", act)
         finally:
             database.close()
 
@@ -216,7 +216,7 @@ def test_two_requests_with_one_key_at_once_are_done_once(shop: Workshop) -> None
 
 
 def test_a_key_claimed_at_once_for_something_else_is_refused(shop: Workshop) -> None:
-    def act(acting: Work) -> Answer:
+    def act(acting: AppContext) -> Answer:
         idempotency.answer(shop.work, "key", "first", lambda inner: Answer(200, shop_box(inner)))
         with acting.write():
             pass

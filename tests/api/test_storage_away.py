@@ -12,7 +12,7 @@ from sqlalchemy import text
 from db import database
 from db.database import Database
 from service.errors import Unavailable
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from tests.support.http.workshop import Workshop, box_body
 
 
@@ -40,6 +40,6 @@ def test_a_server_that_is_gone() -> None:
     with closing(socket.create_server(("127.0.0.1", 0))) as free:
         port = free.getsockname()[1]
     with closing(Database(f"postgresql+psycopg://nobody@127.0.0.1:{port}/none")) as gone:
-        work = Work(gone)
+        work = AppContext(gone)
         with pytest.raises(Unavailable, match="does not answer now"), work.read() as store:
             store.ping()

@@ -11,7 +11,7 @@ from drivers.reading import Reading
 from service.errors import Conflict
 from service.model.plan import FittedRequest
 from service.model.run import RunReading, RunRequest
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.plans import plans
 from service.usecases.readings import ingest
 from service.usecases.sessions import runs
@@ -20,15 +20,15 @@ from tests.support.http.workshop import DRUM, Workshop
 TABLETS = 6
 
 
-def at_once(shop: Workshop, steps: list[Callable[[Work], object]]) -> list[object]:
+def at_once(shop: Workshop, steps: list[Callable[[AppContext], object]]) -> list[object]:
     """What each step answers or raises, all begun together, each with connections of its own."""
     start = threading.Barrier(len(steps))
 
-    def one(step: Callable[[Work], object]) -> object:
+    def one(step: Callable[[AppContext], object]) -> object:
         database = Database(shop.work.database.url.render_as_string(hide_password=False))
         start.wait(timeout=30)
         try:
-            return step(Work(database=database))
+            return step(AppContext(database=database))
         except Conflict as refused:
             return refused.code
         finally:
@@ -38,7 +38,7 @@ def at_once(shop: Workshop, steps: list[Callable[[Work], object]]) -> list[objec
         return list(pool.map(one, steps))
 
 
-def fitting(plan_id: str) -> Callable[[Work], object]:
+def fitting(plan_id: str) -> Callable[[AppContext], object]:
     """Report this plan fitted."""
     return lambda work: plans.fitted(work, plan_id, FittedRequest()).state
 

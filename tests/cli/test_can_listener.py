@@ -15,7 +15,7 @@ from drivers.can.bus import BusAddress
 from drivers.can.mapping_file import standard_mapping
 from service import bootstrap
 from service.cli.commands.bridge import BusChoice
-from service.cli.commands.can_listener import Ear, listening
+from service.cli.commands.can_listener import CanListener, listening
 from service.settings import Settings
 
 
@@ -35,7 +35,9 @@ def test_a_reader_that_ends_is_started_again(tmp_path: Path, monkeypatch: pytest
     settings = Settings(database_url=f"sqlite:///{tmp_path / 'a.db'}")
     work = bootstrap.build_work(settings)
     with closing(work.database):
-        ear = Ear(BusChoice(BusAddress("virtual", "listened"), standard_mapping(("P",))), "shed", tmp_path / "s.db")
+        ear = CanListener(
+            BusChoice(BusAddress("virtual", "listened"), standard_mapping(("P",))), "shed", tmp_path / "s.db"
+        )
         with listening(work, ear):
             assert again.wait(20.0)
             (state,) = work.listeners.states()

@@ -9,7 +9,7 @@ import pytest
 
 from service.cli.support import retention as command
 from service.cli.support.retention import AGAIN_S, DAY_S, daily, rolling_up
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.readings import retention
 from tests.api.readings.test_readings import arrival
 from tests.support.http.workshop import Workshop
@@ -18,7 +18,7 @@ from tests.support.http.workshop import Workshop
 def test_it_is_done_daily_and_sooner_after_a_failure(shop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     retain, pauses = retention.retain, list[float]()
 
-    def broken(work: Work, days: int, stopped: Callable[[], bool]) -> object:
+    def broken(work: AppContext, days: int, stopped: Callable[[], bool]) -> object:
         raise OSError("the database is away")
 
     def wait(seconds: float) -> bool:
@@ -38,7 +38,7 @@ def test_it_is_done_daily_and_sooner_after_a_failure(shop: Workshop, monkeypatch
 def test_it_runs_for_the_length_of_a_block_if_at_all(shop: Workshop, monkeypatch: pytest.MonkeyPatch) -> None:
     begun = threading.Event()
 
-    def noted(work: Work, days: int, wait: Callable[[float], bool], stopped: Callable[[], bool]) -> None:
+    def noted(work: AppContext, days: int, wait: Callable[[float], bool], stopped: Callable[[], bool]) -> None:
         begun.set()
         while not wait(DAY_S):
             raise AssertionError("a day has passed")

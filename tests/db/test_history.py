@@ -14,7 +14,7 @@ from db.rows import RunRow, SessionRow
 from db.store import Store
 from drivers.reading import Reading
 from service.model.session import SessionPatch
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases import audit
 from service.usecases.access import tokens
 from service.usecases.readings import ingest
@@ -231,7 +231,7 @@ def test_requests_that_share_a_unit_are_each_told_under_their_own_name(shop: Wor
     shop.ask("PUT", "/sources/bridge", {"machine_id": shop.machine()})
     moment = shop.now()
 
-    def batch(actor: str, first: int, sensor: str = "P") -> tuple[Work, list[Reading], Arrival]:
+    def batch(actor: str, first: int, sensor: str = "P") -> tuple[AppContext, list[Reading], Arrival]:
         sent = [Reading("bridge", first + n, moment, "P" if n == 0 else sensor, 1.0) for n in range(2)]
         return shop.work.acting(actor), sent, Arrival(moment)
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from service.design.documents import MOST_BYTES, patched, preset, presets, read_document
+from service.design.documents import MAX_BYTES, patched, preset, presets, read_document
 from service.design.findings import RefusedDesign
 from service.design.registry import check, study_of
 
@@ -229,4 +229,4 @@ def test_text_that_holds_no_document_is_refused(text: str) -> None:
 
 def test_a_document_that_is_too_long_is_refused() -> None:
     with pytest.raises(RefusedDesign, match="at most"):
-        read_document("#" * (MOST_BYTES + 1))
+        read_document("#" * (MAX_BYTES + 1))

@@ -15,7 +15,7 @@ from service.cli.commands.demo import run_demo
 from service.engine.logs.replay import read_log, resolve
 from service.model.base import to_plain, write_json
 from service.model.session import SessionLog
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.sessions import sessions
 from tests.support.http.workshop import Workshop
 
@@ -35,7 +35,7 @@ def log_of(url: str, session_id: str) -> SessionLog:
     """The log of a session as it is stored, the service having ended."""
     database = Database(url)
     try:
-        return sessions.log(Work(database=database), session_id)
+        return sessions.log(AppContext(database=database), session_id)
     finally:
         database.close()
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from service.balancing.influence.amplitude_only import fit_amplitudes, four_run
-from service.balancing.influence.corrections import Correction, Wishes, least_squares, minimax
+from service.balancing.influence.corrections import Correction, CorrectionOptions, least_squares, minimax
 from service.balancing.influence.diagnosis.planes import DEPENDENT, significance
 from service.balancing.influence.fit import RunSet, fit_influence
 from service.balancing.rotor.phasors import ComplexArray, phasor
@@ -49,7 +49,9 @@ def runs_of(case: Case) -> RunSet:
 def corrected(case: Case) -> Correction:
     fit = fit_influence(runs_of(case))
     if case.get("method") == "minimax":
-        return minimax(fit, None, Wishes(max_mass=np.array(case["max_mass"]) if "max_mass" in case else None))
+        return minimax(
+            fit, None, CorrectionOptions(max_mass=np.array(case["max_mass"]) if "max_mass" in case else None)
+        )
     return least_squares(fit)
 
 

@@ -9,7 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 
-from service.runtime.group_commit import Together
+from service.runtime.group_commit import GroupCommit
 
 
 class Slow:
@@ -33,7 +33,7 @@ WAYS = ("thread", "loop")
 
 def outcomes(first: tuple[str, int], *others: tuple[str, int]) -> tuple[Slow, list[Future[int]]]:
     """What became of the first item and of others that came while it was done; each in a thread or in a loop."""
-    slow, together, loop = Slow(), Together[int, int](), asyncio.new_event_loop()
+    slow, together, loop = Slow(), GroupCommit[int, int](), asyncio.new_event_loop()
 
     def come(way: str, item: int) -> Future[int]:
         if way == "loop":
@@ -83,7 +83,7 @@ def test_what_breaks_a_batch_is_told_to_all_of_it(way: str) -> None:
 def test_alone_there_is_nobody_to_wait_for() -> None:
     slow = Slow()
     slow.go.set()
-    together = Together[int, int]()
+    together = GroupCommit[int, int]()
     assert [together.do(item, slow) for item in (1, 2)] == [2, 4]
     assert slow.batches == [[1], [2]]
 
@@ -93,12 +93,12 @@ def test_an_outcome_too_few_is_told_to_all() -> None:
         return []
 
     with pytest.raises(RuntimeError, match="0 outcomes of 1 items"):
-        Together[int, int]().do(1, forgetful)
+        GroupCommit[int, int]().do(1, forgetful)
 
 
 def test_a_request_that_is_given_up_leaves_the_others_their_turn() -> None:
     async def two() -> int:
-        slow, together = Slow(), Together[int, int]()
+        slow, together = Slow(), GroupCommit[int, int]()
         given_up = asyncio.create_task(together.done(1, slow))
         await asyncio.sleep(0)
         given_up.cancel()
@@ -118,7 +118,7 @@ def test_under_many_requests_each_is_done_once(way: str) -> None:
         seen.extend(items)
         return [2 * item for item in items]
 
-    together = Together[int, int]()
+    together = GroupCommit[int, int]()
 
     async def in_a_loop() -> list[int]:
         return list(await asyncio.gather(*(together.done(item, batch) for item in range(300))))

@@ -8,12 +8,12 @@ from dataclasses import replace
 import pytest
 
 from service.errors import Unavailable
-from service.runtime.solver_slots import Turns
+from service.runtime.solver_slots import SolverSlots
 from tests.support.http.workshop import Workshop, application, problem_of
 
 
 def test_a_turn_is_free_again_after_its_block_whatever_became_of_it() -> None:
-    turns = Turns(1, wait_s=0.0)
+    turns = SolverSlots(1, wait_s=0.0)
     for _ in range(3):
         with pytest.raises(KeyError), turns.turn():
             raise KeyError
@@ -25,7 +25,7 @@ def test_a_turn_is_free_again_after_its_block_whatever_became_of_it() -> None:
 
 
 def test_beyond_the_limit_a_plan_is_refused_with_when_to_come_again(shop: Workshop) -> None:
-    turns = Turns(2, wait_s=0.0)
+    turns = SolverSlots(2, wait_s=0.0)
     application().state.work = replace(shop.work, turns=turns)
     session = shop.session()
     shop.learn(session)

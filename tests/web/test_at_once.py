@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from service.runtime import idempotency
-from service.runtime.solver_slots import Turns
+from service.runtime.solver_slots import SolverSlots
 from tests.support.http.workshop import Workshop, application, tablet
 
 HTML = {"accept": "text/html"}
@@ -104,7 +104,7 @@ def test_a_machine_and_a_session_sent_twice_are_one(shop: Workshop) -> None:
 
 
 def test_a_plan_that_is_asked_for_while_too_many_are_computed_is_asked_for_again(shop: Workshop) -> None:
-    session, turns = shop.session(), Turns(1, wait_s=0.0)
+    session, turns = shop.session(), SolverSlots(1, wait_s=0.0)
     application().state.work = replace(shop.work, turns=turns)
     shop.learn(session)
     shop.correct(session)

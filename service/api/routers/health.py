@@ -13,7 +13,7 @@ from service.api.dependencies import WorkDep, errors
 from service.api.strict_json import StrictRoute
 from service.model.base import document
 from service.runtime import health
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.runtime.health import Readiness
 from service.runtime.listeners import ListenerState
 from service.usecases.readings import source_health
@@ -77,7 +77,7 @@ async def get_readiness(work: WorkDep, response: Response) -> Readiness:
     return found
 
 
-def _ask(work: Work, asked: asyncio.Future[Readiness]) -> None:
+def _ask(work: AppContext, asked: asyncio.Future[Readiness]) -> None:
     found = health.readiness(work)
 
     def answer() -> None:

@@ -15,7 +15,7 @@ from service.api.strict_json import StrictRoute
 from service.errors import Unavailable
 from service.model.base import write_json
 from service.runtime.change_feed import news
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.runtime.shared_feed import feeds_of
 from service.usecases.sessions import live
 from service.usecases.sessions.live import Live
@@ -26,8 +26,8 @@ BEAT_S = 10.0
 """A comment so often keeps a quiet stream from being cut on its way."""
 WAKE_S = 1.0
 """So often a stream looks whether its client is still there."""
-MOST_STREAMS = 64
-LONGEST_S = 3600.0
+MAX_STREAMS = 64
+MAX_S = 3600.0
 """A stream ends after so long: the browser asks again by itself, from where it was."""
 
 EVENT = {
@@ -73,9 +73,9 @@ async def follow(
     """The same as server-sent events, as it changes. Units as in `get_now`: the sensor's unit, degrees, r/min."""
     topics = await run_in_threadpool(live.topics, work, session_id)
     state = request.app.state
-    if getattr(state, "streams", 0) >= MOST_STREAMS:
+    if getattr(state, "streams", 0) >= MAX_STREAMS:
         raise Unavailable(
-            f"{MOST_STREAMS} live streams are open, no more are served",
+            f"{MAX_STREAMS} live streams are open, no more are served",
             code="too_many_streams",
             advice="close a page that shows the session, or ask GET /sessions/{id}/now from time to time",
         )
@@ -85,7 +85,7 @@ async def follow(
     )
 
 
-async def _looks(work: Work, topics: tuple[str, str]) -> AsyncGenerator[tuple[Live, str]]:
+async def _looks(work: AppContext, topics: tuple[str, str]) -> AsyncGenerator[tuple[Live, str]]:
     """The session as it is seen, and as JSON: at first, and whenever something was stored of it, without end."""
     async with aclosing(news(work, topics)) as waiting:
         while True:
@@ -94,7 +94,7 @@ async def _looks(work: Work, topics: tuple[str, str]) -> AsyncGenerator[tuple[Li
             await anext(waiting)
 
 
-async def _stream(request: Request, work: Work, topics: tuple[str, str], events: int) -> AsyncIterator[str]:
+async def _stream(request: Request, work: AppContext, topics: tuple[str, str], events: int) -> AsyncIterator[str]:
     """Each look that differs from the one before; end with the client, the server, the session, or the time."""
     state = request.app.state
     state.streams = getattr(state, "streams", 0) + 1
@@ -102,7 +102,7 @@ async def _stream(request: Request, work: Work, topics: tuple[str, str], events:
     sent, version, shown = 0, 0, None
     try:
         async with feeds_of(state).following(("live", topics), lambda: _looks(work, topics)) as feed:
-            while work.monotonic() - begun < LONGEST_S:
+            while work.monotonic() - begun < MAX_S:
                 if (now := await feed.next(version, WAKE_S)) != version:
                     version = now
                     found, text = feed.value

@@ -26,7 +26,7 @@ _DISTINCT = 0.02
 # by this multiple of the best solution's miss.
 _MISS = 0.02
 _WORSE = 3.0
-_MOST_ALTERNATIVES = 16
+_MAX_ALTERNATIVES = 16
 _DIRECTIONS = 24
 
 
@@ -97,7 +97,7 @@ def fit_amplitudes(
     labels = labels or Labels()
     _validate(masses, amplitudes, labels)
     found = [_solutions(masses, amplitudes[:, s], rng, s, labels) for s in range(amplitudes.shape[1])]
-    choices = list(islice(product(*found), _MOST_ALTERNATIVES))
+    choices = list(islice(product(*found), _MAX_ALTERNATIVES))
     models = [_as_fit(masses, amplitudes, choice, labels) for choice in choices]
     misses = np.array([np.sqrt(np.nanmean(np.abs(model.residuals) ** 2)) for model in models])
     order = np.argsort(misses, kind="stable")
@@ -161,7 +161,7 @@ def _solutions(
         if all(np.linalg.norm(candidate - other) > _DISTINCT * np.linalg.norm(other) for other in distinct):
             distinct.append(candidate)
     _refuse_continuum(design, distinct[0], sensor, labels)
-    return [candidate * size / np.concatenate([[1.0], scale]) for candidate in distinct[:_MOST_ALTERNATIVES]]
+    return [candidate * size / np.concatenate([[1.0], scale]) for candidate in distinct[:_MAX_ALTERNATIVES]]
 
 
 def _starts(count: int, rng: np.random.Generator) -> ComplexArray:

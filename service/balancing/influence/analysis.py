@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from service.balancing.influence.corrections import Correction, Wishes, least_squares, minimax
+from service.balancing.influence.corrections import Correction, CorrectionOptions, least_squares, minimax
 from service.balancing.influence.diagnosis import planes, readings
 from service.balancing.influence.diagnosis import runs as consistency
-from service.balancing.influence.diagnosis.findings import NOTHING_ELSE, Circumstances, Finding
+from service.balancing.influence.diagnosis.findings import NOTHING_ELSE, Finding, RunConditions
 from service.balancing.influence.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.influence.speed_scatter import with_speed_scatter
 from service.errors import NumericsError
@@ -29,16 +29,16 @@ class Analysis:
 
 def analyse(
     runs: RunSet,
-    wishes: Wishes | None = None,
+    wishes: CorrectionOptions | None = None,
     method: Method = "least_squares",
-    circumstances: Circumstances = NOTHING_ELSE,
+    circumstances: RunConditions = NOTHING_ELSE,
 ) -> Analysis:
     """Fit the runs, their scatter widened by their speeds, correct as wished, and examine both.
 
     A sensor without enough readings is left out and named in a finding. Raises NumericsError as `fit_influence`,
     `least_squares` and `minimax`.
     """
-    wishes = wishes or Wishes()
+    wishes = wishes or CorrectionOptions()
     runs = with_speed_scatter(runs, circumstances.speed_rpm)
     fit = fit_influence(runs, "leave_out")
     solve = least_squares if method == "least_squares" else minimax
@@ -53,8 +53,8 @@ def diagnose(
     runs: RunSet,
     fit: InfluenceFit,
     correction: Correction | None,
-    wishes: Wishes | None = None,
-    circumstances: Circumstances = NOTHING_ELSE,
+    wishes: CorrectionOptions | None = None,
+    circumstances: RunConditions = NOTHING_ELSE,
 ) -> tuple[Finding, ...]:
     """Examine runs as they were fitted, the fit and the correction.
 

@@ -36,7 +36,7 @@ class Correction:
 
 
 @dataclass(frozen=True)
-class Wishes:
+class CorrectionOptions:
     """What a correction must respect; nothing by default.
 
     weights: (S,) >= 0, for example 1 / limit; equal where None, which asks for sensors of one unit. max_mass: (P,) g,
@@ -54,13 +54,15 @@ class Wishes:
     damping: float = 0.0
 
 
-def least_squares(fit: InfluenceFit, weights: FloatArray | None = None, wishes: Wishes | None = None) -> Correction:
+def least_squares(
+    fit: InfluenceFit, weights: FloatArray | None = None, wishes: CorrectionOptions | None = None
+) -> Correction:
     """Masses u that minimise sum_s (weights_s |v0_s + A_s u|)^2, damped and limited as wished.
 
     A sensor whose row is nan counts for nothing. Raises NumericsError where the rows left do not tell the planes apart,
     and for wishes of the wrong shape or range.
     """
-    problem = _problem(fit, weights, wishes or Wishes())
+    problem = _problem(fit, weights, wishes or CorrectionOptions())
     A, b = problem.A, problem.b
     free, ridge = _unlimited(problem, fit)
     if (np.abs(free) <= problem.limits).all():
@@ -74,12 +76,14 @@ def least_squares(fit: InfluenceFit, weights: FloatArray | None = None, wishes: 
     return _correction(fit, problem, solution.masses, solution.value, solution.lower_bound)
 
 
-def minimax(fit: InfluenceFit, weights: FloatArray | None = None, wishes: Wishes | None = None) -> Correction:
+def minimax(
+    fit: InfluenceFit, weights: FloatArray | None = None, wishes: CorrectionOptions | None = None
+) -> Correction:
     """Masses u that minimise max_s weights_s |v0_s + A_s u|, limited as wished; `lower_bound` certifies it.
 
     Raises NumericsError as `least_squares`, and where damping is wished: it belongs to least squares.
     """
-    problem = _problem(fit, weights, wishes or Wishes())
+    problem = _problem(fit, weights, wishes or CorrectionOptions())
     if problem.damping:
         raise NumericsError(
             Message("numerics.damping_with_minimax", damping=problem.damping), field="damping", value=problem.damping
@@ -108,7 +112,7 @@ class _Problem:
     damping: float
 
 
-def _problem(fit: InfluenceFit, weights: FloatArray | None, wishes: Wishes) -> _Problem:
+def _problem(fit: InfluenceFit, weights: FloatArray | None, wishes: CorrectionOptions) -> _Problem:
     used, w = usable(fit, wishes.weights if weights is None else weights)
     count = fit.influence.shape[1]
     later = _per_plane("mounted_later", wishes.mounted_later, count)

@@ -19,7 +19,7 @@ import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
 
-_MOST_STEPS = 60
+_MAX_STEPS = 60
 _GAP = 1e-10
 # How near the boundary a step may end.
 _SHY = 0.99
@@ -98,7 +98,7 @@ def _interior_point(problem: _Problem) -> tuple[ComplexArray, FloatArray, FloatA
     w, t = np.zeros(planes, dtype=np.complex128), 1.5
     f = np.empty(count + len(limited))
     slack, multipliers = np.full(len(f), -1.0), np.ones(len(f)) / count
-    for step_number in range(_MOST_STEPS):
+    for step_number in range(_MAX_STEPS):
         residual, filled = problem.b + A @ w, (problem.start + w)[limited] / limits
         f[:count] = member @ (residual.real**2 + residual.imag**2) - t
         f[count:] = filled.real**2 + filled.imag**2 - 1.0

@@ -74,7 +74,7 @@ class Repeats:
 CONTRADICT = 0.12
 """Runs of the same masses further apart than this share of their amplitude contradict each other: one of them is wrong,
 and nothing is learned from them (six times the usual repeatability)."""
-LEAST_DOF = 4
+MIN_DOF = 4
 """Weight of the usual repeatability, in degrees of freedom, against runs that repeat better than it."""
 
 
@@ -107,7 +107,7 @@ def learned(known: tuple[Repeats, ...], usual: float = REPEATABILITY) -> Repeats
     """Repeatability from all that is known of a machine, on the careful side where that is little.
 
     Runs that repeat worse than is usual are believed with their degrees of freedom, by which intervals are widened;
-    runs that repeat better are weighed against `LEAST_DOF` degrees of freedom of the usual, so that two lucky runs do
+    runs that repeat better are weighed against `MIN_DOF` degrees of freedom of the usual, so that two lucky runs do
     not make a machine exact.
     """
     dof = sum(one.dof for one in known)
@@ -116,7 +116,7 @@ def learned(known: tuple[Repeats, ...], usual: float = REPEATABILITY) -> Repeats
     square = sum(one.dof * one.share**2 for one in known) / dof
     if square > usual**2:
         return Repeats(float(np.sqrt(square)), dof)
-    return Repeats(float(np.sqrt((dof * square + LEAST_DOF * usual**2) / (dof + LEAST_DOF))), dof)
+    return Repeats(float(np.sqrt((dof * square + MIN_DOF * usual**2) / (dof + MIN_DOF))), dof)
 
 
 def with_repeatability(runs: RunSet, errors: Errors) -> RunSet:

@@ -16,7 +16,7 @@ from service.balancing.rotor.units import angular_speed
 from service.errors import NumericsError
 from service.messages import Message, Quantity
 
-LEAST_SHARE, GREATEST_SHARE = 0.3, 0.7
+MIN_SHARE, GREATEST_SHARE = 0.3, 0.7
 """Bounds of a bearing plane's share of the permissible unbalance; for a mass centre between the bearings."""
 
 Zone = Literal["A", "B", "C", "D"]
@@ -79,7 +79,7 @@ def permissible(grade_mm_s: float, rotor_kg: float, speed_rpm: float, bearings_m
         )
     specific = 1000.0 * grade_mm_s / angular_speed(speed_rpm)
     total = rotor_kg * specific
-    share = min(max(abs(b) / (abs(a) + abs(b)), LEAST_SHARE), GREATEST_SHARE)
+    share = min(max(abs(b) / (abs(a) + abs(b)), MIN_SHARE), GREATEST_SHARE)
     return Permissible(specific, total, total * np.array([share, 1.0 - share]))
 
 

@@ -19,12 +19,12 @@ from service.balancing.selection.validation import validate
 from service.errors import NumericsError
 from service.messages import Message
 
-MOST_COMBINATIONS = 500_000
+MAX_COMBINATIONS = 500_000
 """Joint choices; a single plane of three hundred thousand takes about a second."""
 
 
 def solve_exhaustive(
-    problem: SelectionProblem, most: int = MOST_COMBINATIONS, most_pieces: int | None = None
+    problem: SelectionProblem, most: int = MAX_COMBINATIONS, most_pieces: int | None = None
 ) -> SelectionResult:
     """Try every selection and return the best one; the first in order of enumeration where several are equal.
 

@@ -18,7 +18,7 @@ import numpy as np
 
 NORMS = {"sum": 0, "max": 1, "rms": 2, "components": 3}
 _TIE = 1e-9
-_MOST_LISTED = 4096
+_MAX_LISTED = 4096
 
 
 @dataclass(frozen=True)
@@ -220,7 +220,7 @@ def _pairs(
     value = np.full(draws, np.inf)
     rows = np.zeros((draws, 2), np.int64)
     proved = np.zeros(draws, np.bool_)
-    list1, list2 = np.empty(_MOST_LISTED, np.int64), np.empty(_MOST_LISTED, np.int64)
+    list1, list2 = np.empty(_MAX_LISTED, np.int64), np.empty(_MAX_LISTED, np.int64)
     box = (counts, binds, np.zeros(len(counts), np.int64))
     for d in range(draws):
         level = first_level

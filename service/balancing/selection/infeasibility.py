@@ -15,9 +15,9 @@ from service.balancing.selection.placements import effective_g, slots
 from service.balancing.selection.problem import UNLIMITED, SelectionPlane, SelectionProblem, SelectionResult, Stock
 
 SAME = 1e-9
-MOST_BOUGHT = 100
+MAX_BOUGHT = 100
 """Pieces a plane that more of every mass would add at most."""
-MOST_TOLD = 12
+MAX_TOLD = 12
 """Changes that a reason lists."""
 
 
@@ -63,9 +63,9 @@ def _what_helps(problem: SelectionProblem, limit: float, stop: Stop) -> str:
     met = {words: _meets(easier, limit, stop) for words, easier in _easier(problem)}
     bought, all_tried = _bought(problem, limit, stop)
     helping = [words for words, enough in met.items() if enough] + bought
-    told = f"it can be met with {', or with '.join(helping[:MOST_TOLD])}" if helping else "no single change is enough"
-    if len(helping) > MOST_TOLD:
-        told += f", or with {len(helping) - MOST_TOLD} other pieces"
+    told = f"it can be met with {', or with '.join(helping[:MAX_TOLD])}" if helping else "no single change is enough"
+    if len(helping) > MAX_TOLD:
+        told += f", or with {len(helping) - MAX_TOLD} other pieces"
     if all_tried and None not in met.values():
         return told
     return f"{told}; there was no time to try every other change" if helping else "no time to try what would help"
@@ -88,7 +88,7 @@ def _bought(problem: SelectionProblem, limit: float, stop: Stop) -> tuple[list[s
     More of every mass first: where that does not help, no single piece of a long box does.
     """
     stock = problem.stock
-    now = 1 + sum(min(slots(plane, stock), MOST_BOUGHT) for plane in problem.planes)
+    now = 1 + sum(min(slots(plane, stock), MAX_BOUGHT) for plane in problem.planes)
     ample = replace(problem, stock=replace(stock, counts=np.minimum(stock.counts, UNLIMITED - now) + now))
     scarce = np.flatnonzero(stock.counts < sum(slots(plane, ample.stock) for plane in problem.planes))
     enough = _meets(ample, limit, stop) if scarce.size else False

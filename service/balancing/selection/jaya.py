@@ -26,13 +26,13 @@ from service.messages import Message
 from service.optimize.jaya import Jaya, Rules, Stop
 from service.optimize.problem import Circular, Discrete, MixedProblem, Variable
 
-MOST_SLOTS = 24
+MAX_SLOTS = 24
 """Slots a plane at most: beyond that the search is hopeless and would only take memory."""
 PUBLISHED_BUDGETS = {1: (20, 100), 2: (100, 500), 3: (200, 3000), 4: (300, 3000)}
 """Masses a plane -> population and generations of the published runs."""
 DEFAULT_BUDGETS = {1: (20, 100), 2: (60, 200), 3: (100, 300), 4: (150, 400)}
 """The same for the improved rules when the caller states none; beyond 4 masses a plane the last one holds."""
-MOST_TOGETHER = 60_000
+MAX_TOGETHER = 60_000
 """Slots of all members of all runs that one step may move: some forty milliseconds."""
 SAME = 1e-9
 """Relative difference below which two runs ended at the same value."""
@@ -101,7 +101,7 @@ def _search(
     if layout.plane.size == 0:
         return _nothing_fits(problem, runs)
     population = members or budget(problem, as_published=as_published)[0]
-    if runs * population * layout.plane.size > MOST_TOGETHER and runs > 1:
+    if runs * population * layout.plane.size > MAX_TOGETHER and runs > 1:
         raise NumericsError(
             Message(
                 "numerics.jaya_runs",
@@ -163,7 +163,7 @@ def solve_jaya(
 
 def runs_together(problem: SelectionProblem, members: int) -> int:
     """Most independent runs of so many members that one step may move; at least 1."""
-    return max(1, MOST_TOGETHER // max(1, members * _layout(problem).plane.size))
+    return max(1, MAX_TOGETHER // max(1, members * _layout(problem).plane.size))
 
 
 def budget(problem: SelectionProblem, *, as_published: bool) -> tuple[int, int]:
@@ -178,7 +178,7 @@ def _layout(problem: SelectionProblem) -> _Layout:
     rank = np.argsort(mass, kind="stable")
     turned = [np.mod(plane.angles, 2.0 * math.pi) for plane in problem.planes]
     order = [np.argsort(angles, kind="stable") for angles in turned]
-    many = [min(slots(plane, problem.stock), MOST_SLOTS) for plane in problem.planes]
+    many = [min(slots(plane, problem.stock), MAX_SLOTS) for plane in problem.planes]
     slotted = sum(many)
     binding = [
         _Binding(

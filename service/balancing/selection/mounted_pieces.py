@@ -25,7 +25,7 @@ ALIKE_G = 1e-9
 
 
 @dataclass(frozen=True)
-class FittedPiece:
+class MountedPiece:
     """A piece on the rotor: plane index, angle in radians (internal sense), mass in g with its fastener.
 
     may: `stay` it must; `move` it may stay, go to any position of any plane, or come off; `remove` it may come off.
@@ -38,52 +38,52 @@ class FittedPiece:
 
 
 @dataclass(frozen=True)
-class Fate:
+class PieceAction:
     """What becomes of a fitted piece; `to` is its plane and position where it stays or moves."""
 
-    piece: FittedPiece
+    piece: MountedPiece
     does: Literal["stays", "moves", "comes_off"]
     to: tuple[int, int] | None
 
 
 @dataclass(frozen=True)
-class FittedProblem:
+class MountedProblem:
     """The problem with the fitted pieces in it; items and positions of the movable ones."""
 
     problem: SelectionProblem
-    fitted: tuple[FittedPiece, ...]
+    fitted: tuple[MountedPiece, ...]
     places: tuple[int, ...]
     items: tuple[int | None, ...]
 
-    def fates(self, selection: Selection) -> tuple[tuple[Fate, ...], Selection]:
+    def fates(self, selection: Selection) -> tuple[tuple[PieceAction, ...], Selection]:
         """What becomes of each fitted piece, in order, and the pieces that come new out of the box."""
         left = [list(pieces) for pieces in selection]
         mass = effective_g(self.problem.stock)
-        fates: dict[int, Fate] = {}
+        fates: dict[int, PieceAction] = {}
         for n, (piece, place, item) in enumerate(zip(self.fitted, self.places, self.items, strict=True)):
             if item is None:
-                fates[n] = Fate(piece, "stays", (piece.plane, place))
+                fates[n] = PieceAction(piece, "stays", (piece.plane, place))
                 continue
             # A piece is not unbolted to bolt its like into the same hole.
             alike = [q for q in left[piece.plane] if q.position == place and abs(mass[q.item] - mass[item]) < ALIKE_G]
             if alike:
                 left[piece.plane].remove(Piece(place, item) if Piece(place, item) in alike else alike[0])
-                fates[n] = Fate(piece, "stays", (piece.plane, place))
+                fates[n] = PieceAction(piece, "stays", (piece.plane, place))
         for n, (piece, item) in enumerate(zip(self.fitted, self.items, strict=True)):
             if n in fates:
                 continue
             target = next(((p, q) for p, pieces in enumerate(left) for q in pieces if q.item == item), None)
             if target is None:
-                fates[n] = Fate(piece, "comes_off", None)
+                fates[n] = PieceAction(piece, "comes_off", None)
             else:
                 left[target[0]].remove(target[1])
-                fates[n] = Fate(piece, "moves", (target[0], target[1].position))
+                fates[n] = PieceAction(piece, "moves", (target[0], target[1].position))
         return tuple(fates[n] for n in range(len(self.fitted))), tuple(tuple(pieces) for pieces in left)
 
 
 def with_fitted(
-    problem: SelectionProblem, fitted: Sequence[FittedPiece], *, in_offset: bool, tolerance: float
-) -> FittedProblem:
+    problem: SelectionProblem, fitted: Sequence[MountedPiece], *, in_offset: bool, tolerance: float
+) -> MountedProblem:
     """Add pieces on the rotor to a problem that was stated without them.
 
     in_offset: whether the objective's offset was measured with them on (as-found pieces), or not (pieces of a plan, of
@@ -110,7 +110,7 @@ def with_fitted(
         places.append(place)
         items.append(item)
     planes = [_restricted(plane, p, stock, restricted) for p, plane in enumerate(planes)]
-    return FittedProblem(
+    return MountedProblem(
         replace(problem, planes=tuple(planes), stock=stock), tuple(fitted), tuple(places), tuple(items)
     )
 
@@ -133,7 +133,7 @@ def position_at(plane: SelectionPlane, angle: float, tolerance: float) -> int:
     return nearest
 
 
-def _require(piece: FittedPiece, planes: int) -> None:
+def _require(piece: MountedPiece, planes: int) -> None:
     if not 0 <= piece.plane < planes:
         raise NumericsError(
             Message("numerics.piece_plane_unknown", plane=piece.plane, planes=planes),
@@ -162,7 +162,7 @@ def _occupied(plane: SelectionPlane, place: int, mass_g: float) -> SelectionPlan
     )
 
 
-def _into_the_box(stock: Stock, piece: FittedPiece, restricted: list[tuple[int, int, int]]) -> tuple[Stock, int]:
+def _into_the_box(stock: Stock, piece: MountedPiece, restricted: list[tuple[int, int, int]]) -> tuple[Stock, int]:
     """Add a piece: to the item of the same mass where it may go anywhere, as an item of its own otherwise."""
     own = {item for item, _, _ in restricted}
     if piece.may == "move":

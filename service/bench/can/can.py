@@ -22,7 +22,7 @@ from rich.console import Console
 
 from drivers.bridge.bridge import Bridge
 from drivers.bridge.delivery import HttpSender, Sender
-from drivers.bridge.direct_delivery import Direct
+from drivers.bridge.direct_delivery import DirectDelivery
 from drivers.bridge.http import HttpOut
 from drivers.bridge.spool import Spool
 from drivers.can.bus import BusAddress
@@ -121,7 +121,7 @@ def _run(
     database: Path,
     spool: Spool,
     sender: Sender,
-    direct: Direct | None = None,
+    direct: DirectDelivery | None = None,
 ) -> Measured:
     """Bridge so many frames, and stop the clock when the last is acknowledged."""
     bus, stop, cpu = PreparedFrames(prepared, count, rate), threading.Event(), time.process_time()

@@ -25,7 +25,7 @@ from service.bench.served import served
 from service.bench.timing import show, timed
 
 FEW = 1_000
-MOST_GROWTH = 1.5
+MAX_GROWTH = 1.5
 """A median may be longer by this factor: the noise of a busy machine, far from the growth of a scan."""
 BATCHES = 8
 REPEATS = 10
@@ -88,14 +88,14 @@ def flat_cost(url: str, engine: str, sessions: int, *, markdown: bool) -> bool:
         "path, median",
         *(f"{count:,} sessions" for count in counts),
         "ratio",
-        f"at most {MOST_GROWTH:g}, for noise",
+        f"at most {MAX_GROWTH:g}, for noise",
     )
     show(Console(), f"bench load: {engine}", header, lines, markdown=markdown)
-    return all(ratio <= MOST_GROWTH for ratio in ratios.values())
+    return all(ratio <= MAX_GROWTH for ratio in ratios.values())
 
 
 def _verdict(ratio: float) -> str:
-    return "flat" if ratio <= MOST_GROWTH else "GROWS"
+    return "flat" if ratio <= MAX_GROWTH else "GROWS"
 
 
 def _hot_paths(service: str) -> dict[str, float]:

@@ -16,7 +16,7 @@ from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.balancing.rotor.reactions import inherent_reactions, reaction_matrix
 from service.balancing.selection.objectives import components, relative_reactions, residual_vibration
 from service.balancing.selection.problem import UNLIMITED, Objective, SelectionPlane, SelectionProblem, Stock
-from service.engine.influence_fits import Fitted
+from service.engine.influence_fits import FittedModel
 from service.engine.objective_uncertainty import objective_scatter
 from service.model.plan import ObjectiveName, PlanRequest
 
@@ -106,7 +106,7 @@ def uncertainty_of(objective: Objective, name: ObjectiveName, influence: Complex
     vibration = (masses - target) @ influence.T
     runs = RunSet(masses, vibration, SCATTER * np.abs(vibration))
     request = PlanRequest(correction_id="bench", objective=name)
-    return objective_scatter(objective, request, Fitted((), fit_influence(runs), runs), target)
+    return objective_scatter(objective, request, FittedModel((), fit_influence(runs), runs), target)
 
 
 def _influence(sensors: int, planes: int) -> ComplexArray:

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from service.engine.arrangement import Ground
+    from service.engine.arrangement import ArrangementContext
     from service.model.arrangement import ArrangementRequest
 
 
@@ -60,9 +60,9 @@ def arrange(
     _show(Console(highlight=False), plain_answer, request.mode)
 
 
-def _request(file: Path) -> tuple[ArrangementRequest, Ground]:
+def _request(file: Path) -> tuple[ArrangementRequest, ArrangementContext]:
     """The request of a file. Raises InvalidInput for what is none, or needs what is stored."""
-    from service.engine.arrangement import Ground
+    from service.engine.arrangement import ArrangementContext
     from service.errors import InvalidInput
     from service.model.arrangement import ArrangementRequest
     from service.model.base import read_json
@@ -88,7 +88,7 @@ def _request(file: Path) -> tuple[ArrangementRequest, Ground]:
             value=None if named is None else getattr(request, named),
             advice="state places, planes_axial_mm and the offset in the file, or ask a server",
         )
-    return request, Ground(request.places)
+    return request, ArrangementContext(request.places)
 
 
 def _show(console: Console, answer: dict[str, Any], what: str) -> None:

@@ -16,14 +16,14 @@ from drivers.can.driver import CanDriver
 from drivers.can.refusals import counted
 from drivers.clock import SystemClock
 from service.cli.commands.bridge import BusChoice, can_driver, first_sequence, spool_of, tell
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.runtime.listeners import ListenerState
 from service.usecases.readings import ingest
 from service.usecases.readings.local_delivery import IntoDatabase, last_mark
 
 
 @dataclass(frozen=True)
-class Ear:
+class CanListener:
     """A bus to listen to, the source it is stored as, and where its readings wait; None: beside an SQLite database."""
 
     bus: BusChoice
@@ -33,7 +33,7 @@ class Ear:
 
 
 @contextmanager
-def listening(work: Work, ear: Ear, status_s: float = 60.0) -> Iterator[None]:
+def listening(work: AppContext, ear: CanListener, status_s: float = 60.0) -> Iterator[None]:
     """Read a bus into the database for the length of a block. Raises what opening bus and spool raises.
 
     Once it runs, it goes on whatever happens: a lost bus is opened again, and a reader that ends is started again.
@@ -60,7 +60,9 @@ def listening(work: Work, ear: Ear, status_s: float = 60.0) -> Iterator[None]:
 class _Listener:
     """One bus: a bridge into the database, built anew when it ended with an error."""
 
-    def __init__(self, work: Work, ear: Ear, spool: Spool, stop: threading.Event, status_s: float) -> None:
+    def __init__(
+        self, work: AppContext, ear: CanListener, spool: Spool, stop: threading.Event, status_s: float
+    ) -> None:
         self._work, self._ear, self._spool, self._stop, self._status_s = work, ear, spool, stop, status_s
         self._clock = SystemClock()
         self._pauses = Backoff(random.Random())  # noqa: S311
@@ -130,7 +132,7 @@ class _Listener:
         return driver, bridge
 
 
-def _beside(work: Work, source: str) -> Path:
+def _beside(work: AppContext, source: str) -> Path:
     """A spool goes where its database goes; that of a server, where a bridge's goes."""
     url = work.database.url
     if not work.database.embedded or not url.database:

@@ -19,11 +19,11 @@ def chaos(
 
     Works in a folder and a database of its own. Ends with status 1 where something was not as it was promised.
     """
-    from service.chaos.campaign import Wishes, run
+    from service.chaos.campaign import CampaignOptions, run
 
     if engine not in ("sqlite", "postgresql"):
         raise typer.BadParameter(f"{engine!r} is no engine; use sqlite or postgresql", param_hint="--engine")
-    wishes = Wishes(kills=kills, others=others, engine=engine, replicas=replicas, seed=seed, within_s=within)
+    wishes = CampaignOptions(kills=kills, others=others, engine=engine, replicas=replicas, seed=seed, within_s=within)
     outcome = run(wishes, lambda line: print(line, flush=True))
     found = outcome.judgement
     print("done: " + ", ".join(f"{name} {count}" for name, count in sorted(outcome.done.items())))

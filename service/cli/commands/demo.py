@@ -23,7 +23,7 @@ from service.cli.support.demo_machine import LIMIT_MM_S, catalogue_of, machine_o
 from service.cli.support.demo_session import GOAL, Loop
 from service.settings import Settings
 
-MOST_TRIMS = 1
+MAX_TRIMS = 1
 BALANCER_ANSWER = (("1", 170.2, 70.0), ("2", 292.2, 113.0))
 """Continuous answer of the balancer in the published experiment: plane, g, degrees."""
 AS_FOUND_MM_S = (("P", 3.109), ("Q", 4.785))
@@ -66,7 +66,7 @@ def _balance(client: Client, seed: int, speed_rpm: float, console: Console) -> d
         loop.learn()
         loop.correct()
         trims = 0
-        while not loop.good_enough() and trims < MOST_TRIMS:
+        while not loop.good_enough() and trims < MAX_TRIMS:
             trims += 1
             console.print("outside the limit: trim")
             loop.correct()

@@ -22,12 +22,12 @@ from service.cli.support.logs import log_as_json
 from service.cli.support.problem_protocol import ProblemProtocol
 from service.cli.support.retention import rolling_up
 from service.errors import Conflict
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.settings import Settings
 from service.usecases.access import tokens
 
 if TYPE_CHECKING:
-    from service.cli.commands.can_listener import Ear
+    from service.cli.commands.can_listener import CanListener
 
 MAX_DESCRIPTORS = 65_536
 GRACE_S = 3
@@ -40,7 +40,7 @@ def serve_until_stopped(
     host: str,
     port: int,
     settings: Settings,
-    ear: Ear | None = None,
+    ear: CanListener | None = None,
     log_format: str = "text",
 ) -> None:
     """Listen until SIGINT or SIGTERM, on a CAN bus too if one is named, and roll up old readings if they grow old.
@@ -78,7 +78,7 @@ def _look_for_garbage_seldom() -> None:
     gc.set_threshold(YOUNG_OBJECTS, 10, 10)
 
 
-def _heard(work: Work, ear: Ear | None) -> AbstractContextManager[None]:
+def _heard(work: AppContext, ear: CanListener | None) -> AbstractContextManager[None]:
     """A bus that is listened to, if one is named."""
     if ear is None:
         return nullcontext()
@@ -87,7 +87,7 @@ def _heard(work: Work, ear: Ear | None) -> AbstractContextManager[None]:
     return listening(work, ear)
 
 
-def _require_tokens(work: Work, settings: Settings, address: str) -> None:
+def _require_tokens(work: AppContext, settings: Settings, address: str) -> None:
     """Raise Conflict where strangers could reach a service that asks nobody for a token."""
     if not settings.loopback and not tokens.needed(work):
         raise Conflict(
@@ -121,7 +121,7 @@ def serving(settings: Settings) -> Iterator[str]:
 
 
 @contextmanager
-def _working(settings: Settings) -> Iterator[Work]:
+def _working(settings: Settings) -> Iterator[AppContext]:
     """Everything the use cases need, made before the server: a database that cannot be used is told in words."""
     work = bootstrap.build_work(settings)
     try:
@@ -130,7 +130,7 @@ def _working(settings: Settings) -> Iterator[Work]:
         work.database.close()
 
 
-def _server(settings: Settings, log_level: str, work: Work, *, as_json: bool = False) -> uvicorn.Server:
+def _server(settings: Settings, log_level: str, work: AppContext, *, as_json: bool = False) -> uvicorn.Server:
     if as_json:
         log_as_json()
     app = create_app(settings, work)

@@ -13,7 +13,7 @@ import typer
 from service.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from service.runtime.context import Work
+    from service.runtime.context import AppContext
 
 app = typer.Typer(help="Tokens: who may use the service over HTTP.", no_args_is_help=True)
 
@@ -101,7 +101,7 @@ def _shown(time: datetime | None) -> str:
 
 
 @contextmanager
-def _working(database_url: str | None, *, create: bool = False) -> Iterator[Work]:
+def _working(database_url: str | None, *, create: bool = False) -> Iterator[AppContext]:
     from service import bootstrap
     from service.settings import Settings
 

@@ -12,7 +12,7 @@ from service.cli.support.log_files import documents
 from service.errors import Conflict, InvalidInput
 from service.model.base import write_json
 from service.model.session import SessionLog
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.settings import Settings
 from service.usecases.sessions import log_import, sessions
 
@@ -51,7 +51,7 @@ def export_sessions(wanted: list[str], path: Path, database_url: str | None) -> 
     return 1 if left_out else 0
 
 
-def _whole_log(work: Work, key: str) -> tuple[str | None, str]:
+def _whole_log(work: AppContext, key: str) -> tuple[str | None, str]:
     """The log of a session as text; None, and why, where a part of it cannot be read."""
     try:
         log = sessions.log(work, key)
@@ -80,7 +80,7 @@ def import_sessions(path: Path, database_url: str | None) -> None:
     print(f"{path}: {counted(done.stored, 'session')} stored, {done.known} here already")
 
 
-def _all(work: Work) -> Iterator[str]:
+def _all(work: AppContext) -> Iterator[str]:
     """All sessions there are, oldest first; those that are opened meanwhile are left out."""
     keys: list[str] = []
     while page := sessions.find(work, PAGE, len(keys)):

@@ -12,25 +12,25 @@ from service.engine.logs.replay import read_log
 from service.errors import InvalidInput
 from service.model.session import SessionLog
 
-MOST_BYTES = 50_000_000
+MAX_BYTES = 50_000_000
 """Longest log of one session."""
-MOST_LISTED = 20
+MAX_LISTED = 20
 
 
 def documents(path: Path) -> Iterator[tuple[int, bytes]]:
     """Line number and text of each document: one a line, or one over many lines. Raises InvalidInput for a long one."""
     with path.open("rb") as lines:
-        first = lines.readline(MOST_BYTES + 1)
+        first = lines.readline(MAX_BYTES + 1)
         if not first:
             return  # an export of no session
         if not _is_json(first):
-            yield 1, _bounded(1, path, first + lines.read(MOST_BYTES + 1 - len(first)))
+            yield 1, _bounded(1, path, first + lines.read(MAX_BYTES + 1 - len(first)))
             return
         number = 1
         while first:
             if first.strip():
                 yield number, _bounded(number, path, first)
-            first = lines.readline(MOST_BYTES + 1)
+            first = lines.readline(MAX_BYTES + 1)
             number += 1
 
 
@@ -53,9 +53,9 @@ def one_log(path: Path, session: str | None) -> SessionLog:
     held = f"{path} holds {counted(len(listed), 'session')}" + (
         "" if session is None else f", none of them {session!r}"
     )
-    more = [f"and {len(listed) - MOST_LISTED} more"] if len(listed) > MOST_LISTED else []
+    more = [f"and {len(listed) - MAX_LISTED} more"] if len(listed) > MAX_LISTED else []
     raise InvalidInput(
-        "\n  ".join([f"{held}:", *listed[:MOST_LISTED], *more]),
+        "\n  ".join([f"{held}:", *listed[:MAX_LISTED], *more]),
         code="invalid_log",
         field="session",
         value=session,
@@ -76,9 +76,9 @@ def _told(text: bytes) -> tuple[str, str, str]:
 
 
 def _bounded(number: int, path: Path, text: bytes) -> bytes:
-    if len(text) > MOST_BYTES:
+    if len(text) > MAX_BYTES:
         raise InvalidInput(
-            f"{path}, line {number}: longer than {MOST_BYTES} bytes",
+            f"{path}, line {number}: longer than {MAX_BYTES} bytes",
             code="invalid_log",
             field="FILE",
             advice="give a file that `drumtrue export` wrote: a session log a line",

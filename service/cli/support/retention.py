@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.readings import retention
 
 DAY_S = 86_400.0
@@ -18,7 +18,7 @@ _log = logging.getLogger("drumtrue.retention")
 
 
 @contextmanager
-def rolling_up(work: Work, days: int | None) -> Iterator[None]:
+def rolling_up(work: AppContext, days: int | None) -> Iterator[None]:
     """Roll up readings older than `days` at once and then daily, for the length of a block; None: never."""
     if days is None:
         yield
@@ -35,7 +35,7 @@ def rolling_up(work: Work, days: int | None) -> Iterator[None]:
         thread.join()
 
 
-def daily(work: Work, days: int, wait: Callable[[float], bool], stopped: Callable[[], bool]) -> None:
+def daily(work: AppContext, days: int, wait: Callable[[float], bool], stopped: Callable[[], bool]) -> None:
     """Roll up until told to stop. wait: lets so many seconds pass and says whether to stop."""
     while True:
         pause_s = DAY_S

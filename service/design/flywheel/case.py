@@ -20,7 +20,7 @@ from service.mechanics.spline import FEWEST
 from service.messages import Message
 
 Goal = Literal["most_energy", "least_mass", "least_stress"]
-MOST_CONTROLS = 30
+MAX_CONTROLS = 30
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def read_flywheel(document: Document) -> tuple[FlywheelCase | None, Problems]:
     root.close()
     if disc_table is None or design is None:
         return None, problems
-    thickness = np.array(design.numbers("thickness", "length", most=MOST_CONTROLS))
+    thickness = np.array(design.numbers("thickness", "length", most=MAX_CONTROLS))
     lower, upper = design.bounds("thickness_bounds", "length")
     design.close()
     radii = _radii(disc_table, len(thickness))
@@ -91,7 +91,7 @@ def read_flywheel(document: Document) -> tuple[FlywheelCase | None, Problems]:
                 field="design.thickness",
                 value=len(thickness),
                 least=FEWEST,
-                most=MOST_CONTROLS,
+                most=MAX_CONTROLS,
             )
         )
     if refused(problems):
@@ -111,7 +111,7 @@ def read_flywheel(document: Document) -> tuple[FlywheelCase | None, Problems]:
 def _radii(table: Table, count: int) -> FloatArray:
     """Control radii: stated, or evenly spread between the edges."""
     if "radii" in table:
-        radii = np.array(table.numbers("radii", "length", most=MOST_CONTROLS))
+        radii = np.array(table.numbers("radii", "length", most=MAX_CONTROLS))
         if len(radii) != count:
             table.problems.add(
                 Message("design_count_out_of_range", field=table.at("radii"), value=len(radii), least=count, most=count)

@@ -19,7 +19,7 @@ from service.messages import Message
 Model = Literal["sound", "as_printed"]
 MILLIMETRE = 1e-3
 NEWTON_MM2 = 1e6
-MOST_TEETH = 200
+MAX_TEETH = 200
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def read_gear(document: Document) -> tuple[GearCase | None, Problems]:
     gear.close()
     module = design.number("module", "length", above=0.0) / MILLIMETRE
     width = design.number("width", "length", above=0.0) / MILLIMETRE
-    teeth = design.whole("teeth", least=5, most=MOST_TEETH)
+    teeth = design.whole("teeth", least=5, most=MAX_TEETH)
     modules = np.array(design.numbers("modules", "length")) / MILLIMETRE
     low, high = (value / MILLIMETRE for value in design.bounds("width_bounds", "length"))
     fewest, most = design.numbers("teeth_bounds", count=2)
@@ -113,14 +113,14 @@ def _choices(
     if model == "as_printed" and len(modules) != 2:
         problems.add(Message("design_not_a_list", field="design.modules", value=f"{len(modules)} numbers", count=2))
     fewest, most = teeth
-    if not (fewest.is_integer() and most.is_integer() and 5 <= fewest <= most <= MOST_TEETH):
+    if not (fewest.is_integer() and most.is_integer() and 5 <= fewest <= most <= MAX_TEETH):
         problems.add(
             Message(
                 "design_teeth_bounds",
                 field="design.teeth_bounds",
                 value=f"{fewest:g}, {most:g}",
                 least=5,
-                most=MOST_TEETH,
+                most=MAX_TEETH,
             )
         )
     if not widths[0] > 0.0:

@@ -13,9 +13,9 @@ from service.mechanics.bodies import Body
 from service.mechanics.chain import Dyad, Link, Linkage, Side
 from service.messages import Message
 
-MOST_LINKS = 50
-MOST_POINTS = 20
-FEWEST_SAMPLES, MOST_SAMPLES = 24, 7200
+MAX_LINKS = 50
+MAX_POINTS = 20
+MIN_SAMPLES, MAX_SAMPLES = 24, 7200
 STANDARD_GRAVITY = 9.80665
 
 
@@ -37,11 +37,11 @@ def read_linkage(root: Table) -> StatedLinkage | None:
     speed = table.number("speed", "speed")
     if speed == 0.0:
         problems.add(Message("design_speed_zero", field=table.at("speed")))
-    samples = table.whole("samples", default=360, least=FEWEST_SAMPLES, most=MOST_SAMPLES)
+    samples = table.whole("samples", default=360, least=MIN_SAMPLES, most=MAX_SAMPLES)
     gravity = table.number("gravity", "acceleration", default=0.0, least=0.0)
     ground = _points(table, "ground")
-    links = tuple(_link(one) for one in table.tables("link", least=3, most=MOST_LINKS))
-    dyads = tuple(_dyad(one) for one in table.tables("dyad", least=1, most=MOST_LINKS))
+    links = tuple(_link(one) for one in table.tables("link", least=3, most=MAX_LINKS))
+    dyads = tuple(_dyad(one) for one in table.tables("dyad", least=1, most=MAX_LINKS))
     crank = table.text("crank")
     moment_point = table.text("moment_point", default="") or None
     table.close()
@@ -82,11 +82,9 @@ def _points(table: Table, name: str) -> dict[str, complex]:
     held = table.table(name)
     if held is None:
         return {}
-    if not 1 <= len(held.values) <= MOST_POINTS:
+    if not 1 <= len(held.values) <= MAX_POINTS:
         table.problems.add(
-            Message(
-                "design_count_out_of_range", field=table.at(name), value=len(held.values), least=1, most=MOST_POINTS
-            )
+            Message("design_count_out_of_range", field=table.at(name), value=len(held.values), least=1, most=MAX_POINTS)
         )
         return {}
     points = {str(point): complex(*held.numbers(str(point), "length", count=2)) for point in held.values}

@@ -17,7 +17,7 @@ from service.mechanics.bodies import ComplexArray, FloatArray
 from service.mechanics.shaft_set import FuzzyGoals, ShaftSet
 from service.messages import Message
 
-MOST_SENSORS, MOST_PLANES = 400, 20
+MAX_SENSORS, MAX_PLANES = 400, 20
 AIMS = ("energy", "largest", "spread")
 """Names of F1, F2 and F3."""
 
@@ -43,7 +43,7 @@ def read_shaft(document: Document) -> tuple[ShaftCase | None, Problems]:
     root.close()
     if table is None or design is None:
         return None, problems
-    sensors, planes = _names(table, "sensors", MOST_SENSORS), _names(table, "planes", MOST_PLANES)
+    sensors, planes = _names(table, "sensors", MAX_SENSORS), _names(table, "planes", MAX_PLANES)
     form = table.text("form", default="complex", choices=("complex", "polar"))
     unit = problems.factor("vibration", table.at("initial"))
     per_mass = problems.factor("trial_mass", table.at("influence"))

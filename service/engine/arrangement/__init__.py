@@ -11,7 +11,7 @@ solver          a request to an answer, its front, other circumstances
 """
 
 from service.engine.arrangement.request_checks import check_places
-from service.engine.arrangement.solver import Ground, answer, front, mounted, what_if
+from service.engine.arrangement.solver import ArrangementContext, answer, front, mounted, what_if
 from service.engine.arrangement.with_box import Box
 
-__all__ = ["Box", "Ground", "answer", "check_places", "front", "mounted", "what_if"]
+__all__ = ["ArrangementContext", "Box", "answer", "check_places", "front", "mounted", "what_if"]

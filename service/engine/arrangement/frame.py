@@ -20,8 +20,8 @@ from service.balancing.selection.objectives import relative_reactions
 from service.balancing.selection.problem import Objective
 from service.engine import mapping
 from service.engine.correction_solver import correction_vectors
-from service.engine.influence_fits import Fitted
-from service.engine.selection_problem import Ground as MeasuredGround
+from service.engine.influence_fits import FittedModel
+from service.engine.selection_problem import PlanContext as MeasuredGround
 from service.engine.selection_problem import fit_of
 from service.errors import Conflict, InvalidInput
 from service.model.arrangement import ArrangementRequest
@@ -37,7 +37,7 @@ class Measured:
     """
 
     ground: MeasuredGround
-    fitted: Fitted | None
+    fitted: FittedModel | None
     unbalance: ComplexArray
     covariance: FloatArray
     dof: int

@@ -26,7 +26,7 @@ from service.engine.arrangement.frame import frame_of
 from service.engine.arrangement.parts import Posed, pose
 from service.engine.arrangement.with_box import Box, with_box
 from service.engine.correction_solver import predicted_with
-from service.engine.selection_problem import Ground as MeasuredGround
+from service.engine.selection_problem import PlanContext
 from service.errors import InvalidInput, OutOfOrder
 from service.model.arrangement import (
     Arrangement,
@@ -49,17 +49,17 @@ Monotonic = Callable[[], float]
 
 
 @dataclass(frozen=True)
-class Ground:
+class ArrangementContext:
     """What a request is answered on: its places, and machine, correction with its runs and box where it has them."""
 
     places: tuple[Place, ...]
     machine: Machine | None = None
-    measured: MeasuredGround | None = None
+    measured: PlanContext | None = None
     box: Box | None = None
 
 
 def answer(
-    ground: Ground,
+    ground: ArrangementContext,
     request: ArrangementRequest,
     *,
     key: str,
@@ -94,7 +94,9 @@ def answer(
     )
 
 
-def front(ground: Ground, request: ArrangementRequest, monotonic: Monotonic) -> tuple[ArrangementPoint, ...]:
+def front(
+    ground: ArrangementContext, request: ArrangementRequest, monotonic: Monotonic
+) -> tuple[ArrangementPoint, ...]:
     """The best arrangement for each number of moves, as far as one more makes it better. Raises InvalidInput."""
     if all(part.present is None for part in request.parts):
         raise InvalidInput(
@@ -129,7 +131,9 @@ def front(ground: Ground, request: ArrangementRequest, monotonic: Monotonic) -> 
     return tuple(points)
 
 
-def what_if(ground: Ground, as_it_is: Arrangement, asked: ArrangementWhatIf, monotonic: Monotonic) -> ArrangementAnswer:
+def what_if(
+    ground: ArrangementContext, as_it_is: Arrangement, asked: ArrangementWhatIf, monotonic: Monotonic
+) -> ArrangementAnswer:
     """The arrangement under other circumstances. Raises InvalidInput for a part or place that is not known."""
     request = _changed(as_it_is.request, asked)
     posed = _posed(ground, request)
@@ -145,7 +149,7 @@ def what_if(ground: Ground, as_it_is: Arrangement, asked: ArrangementWhatIf, mon
 
 
 def mounted(
-    ground: Ground, arrangement: Arrangement, actual: tuple[Mounted, ...] | None
+    ground: ArrangementContext, arrangement: Arrangement, actual: tuple[Mounted, ...] | None
 ) -> tuple[tuple[Mounted, ...], tuple[PlaneResidual, ...]]:
     """What is really mounted, and what that leaves.
 
@@ -173,12 +177,12 @@ def mounted(
     return answers.mounted(posed, row), answers.residual(posed, row)
 
 
-def _posed(ground: Ground, request: ArrangementRequest) -> Posed:
+def _posed(ground: ArrangementContext, request: ArrangementRequest) -> Posed:
     checks.check(request, ground.places)
     return pose(request, ground.places, frame_of(request, ground.machine, ground.measured))
 
 
-def _solved(posed: Posed, ground: Ground, monotonic: Monotonic) -> tuple[ArrangementOffer, int]:
+def _solved(posed: Posed, ground: ArrangementContext, monotonic: Monotonic) -> tuple[ArrangementOffer, int]:
     begun = monotonic()
 
     def stop() -> bool:

@@ -10,11 +10,11 @@ from datetime import UTC, datetime
 from typing import Any
 
 from service.engine.correction_solver import solve_correction
-from service.engine.influence_fits import Fitted, fit_again
+from service.engine.influence_fits import FittedModel, fit_again
 from service.engine.logs.answer_diff import differences
 from service.engine.logs.rules import checked, not_a_log
 from service.engine.plan_solver import refitted, solve_plan
-from service.engine.selection_problem import Ground, Posed, pose
+from service.engine.selection_problem import PlanContext, PlanProblem, pose
 from service.errors import InvalidInput
 from service.model.base import document, read_json
 from service.model.correction import Correction, CorrectionRequest
@@ -99,7 +99,7 @@ def _correction(log: SessionLog, given: Correction) -> Correction:
     return replace(again, stale=given.stale, trim=given.trim or again.trim)
 
 
-def last_problem(log: SessionLog) -> tuple[Fitted | None, Posed | None]:
+def last_problem(log: SessionLog) -> tuple[FittedModel | None, PlanProblem | None]:
     """Fit of a log's last correction, computed again, and the problem of its last plan, where there is one.
 
     Raises as `resolve` does.
@@ -110,7 +110,7 @@ def last_problem(log: SessionLog) -> tuple[Fitted | None, Posed | None]:
     return fit_again(log.machine, log.runs, log.run_out, corrections[-1]), posed
 
 
-def _ground(log: SessionLog, corrections: tuple[Correction, ...], given: Plan | _Wanted) -> Ground:
+def _ground(log: SessionLog, corrections: tuple[Correction, ...], given: Plan | _Wanted) -> PlanContext:
     """What a plan of a log is made on. Raises InvalidInput where the log does not hold it."""
     correction = next((c for c in corrections if c.id == given.request.correction_id), None)
     items = _items(log, given.inputs)
@@ -121,7 +121,7 @@ def _ground(log: SessionLog, corrections: tuple[Correction, ...], given: Plan | 
             value=given.request.correction_id,
             advice="write the log again with `GET /sessions/{id}/log`",
         )
-    return Ground(
+    return PlanContext(
         machine=log.machine,
         items=items,
         runs=log.runs,

@@ -18,11 +18,11 @@ T = TypeVar("T")
 MOST = 10
 """Failures of one address, or for one token, in WINDOW_S."""
 WINDOW_S = 60.0
-MOST_KEYS = 10_000
+MAX_KEYS = 10_000
 """Addresses and tokens remembered; beyond that the longest quiet one is forgotten."""
 
 
-class Attempts:
+class LoginThrottle:
     """Failures of the last minute, by client address and by the token they named; kept in this process only.
 
     monotonic: seconds of a clock that is never set back.
@@ -74,7 +74,7 @@ class Attempts:
             for key in keys:
                 self._failures.setdefault(key, deque(maxlen=MOST)).append(now)
                 self._failures.move_to_end(key)
-            while len(self._failures) > MOST_KEYS:
+            while len(self._failures) > MAX_KEYS:
                 self._failures.popitem(last=False)
 
 

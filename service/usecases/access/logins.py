@@ -8,7 +8,7 @@ from datetime import timedelta
 from db.rows import LoginRow, TokenRow
 from service.errors import Unauthorized
 from service.messages import Message
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.access import tokens
 from service.usecases.access.tokens import Principal
 
@@ -17,7 +17,7 @@ LASTS = timedelta(hours=12)
 _SECRET_BYTES = 32
 
 
-def log_in(work: Work, token: str) -> str:
+def log_in(work: AppContext, token: str) -> str:
     """The secret for a cookie that is good for LASTS. Raises Unauthorized where the token is not good."""
     principal = tokens.bearer(work, token)
     secret, now = secrets.token_urlsafe(_SECRET_BYTES), work.now()
@@ -34,13 +34,13 @@ def log_in(work: Work, token: str) -> str:
     return secret
 
 
-def log_out(work: Work, secret: str) -> None:
+def log_out(work: AppContext, secret: str) -> None:
     """End a login; what is none is passed over."""
     with work.write() as store:
         store.end_logins(login_id=tokens.digest_of(secret))
 
 
-def logged_in(work: Work, secret: str) -> Principal:
+def logged_in(work: AppContext, secret: str) -> Principal:
     """Who logged in with this cookie. Raises Unauthorized where the login is over, or its token is."""
     now = work.now()
     with work.read() as store:

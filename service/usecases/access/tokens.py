@@ -23,7 +23,7 @@ from db.rows import TokenRow
 from service.errors import Conflict, InvalidInput, NotFound, Unauthorized
 from service.model.access import SCOPES, Scope, Token
 from service.model.base import Name, adapter
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 
 LETTERS = "0123456789abcdefghjkmnpqrstvwxyz"
 """Crockford's 32: none is read for another when a token is typed in."""
@@ -44,7 +44,9 @@ LOCAL = Principal(name="local", scopes=frozenset(SCOPES), token_id=None)
 """Whoever sits at the machine, as long as no token was created."""
 
 
-def create(work: Work, name: str, scopes: Collection[Scope], expires_at: datetime | None = None) -> tuple[Token, str]:
+def create(
+    work: AppContext, name: str, scopes: Collection[Scope], expires_at: datetime | None = None
+) -> tuple[Token, str]:
     """A new token and its text, to be shown once. Raises as `check`, or Conflict for a name used before."""
     now = work.now()
     name = check(name, scopes, expires_at, now)
@@ -91,13 +93,13 @@ def check(name: str, scopes: Collection[Scope], expires_at: datetime | None, now
     return name
 
 
-def find(work: Work) -> tuple[Token, ...]:
+def find(work: AppContext) -> tuple[Token, ...]:
     """All tokens, oldest first, those that are not good any more among them."""
     with work.read() as store:
         return tuple(_view(row) for row in store.tokens())
 
 
-def revoke(work: Work, name: str) -> Token:
+def revoke(work: AppContext, name: str) -> Token:
     """End a token, and every login made with it, from the next request on; again is harmless. Raises NotFound."""
     with work.write() as store:
         row = store.token_named(name) or store.get(TokenRow, name)
@@ -113,13 +115,13 @@ def revoke(work: Work, name: str) -> Token:
         return _view(row)
 
 
-def needed(work: Work) -> bool:
+def needed(work: AppContext) -> bool:
     """Whether a token was ever created; revoked ones count, or revoking the last would open the service to all."""
     with work.read() as store:
         return store.any_token()
 
 
-def bearer(work: Work, text: str) -> Principal:
+def bearer(work: AppContext, text: str) -> Principal:
     """Who bears this token. Raises Unauthorized, which tells why only to those who have its secret."""
     parts = split(text)
     if parts is None:

@@ -9,7 +9,7 @@ from db.rows import ArrangementRow, CatalogueRow, CorrectionRow, MachineRow, Pla
 from db.store import Store
 from service.engine import arrangement as engine
 from service.engine.rotor_state import on_rotor
-from service.engine.selection_problem import Ground as MeasuredGround
+from service.engine.selection_problem import PlanContext as MeasuredGround
 from service.errors import Conflict, InvalidInput
 from service.model.arrangement import (
     Arrangement,
@@ -23,14 +23,14 @@ from service.model.arrangement import (
 from service.model.machine import Machine
 from service.model.plan import Placement, PlanInputs
 from service.model.run import MassOnRotor
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.arrangements import parts, place_sets
 from service.usecases.session_view import stored_drum
 from service.usecases.stock import ledger
 from service.version import __version__
 
 
-def propose(work: Work, request: ArrangementRequest) -> Arrangement:
+def propose(work: AppContext, request: ArrangementRequest) -> Arrangement:
     """Arrange parts; infeasible is an answer and is stored.
 
     Solved between two units of work, so that nothing waits for it. Raises InvalidInput for what cannot be meant,
@@ -63,14 +63,14 @@ def propose(work: Work, request: ArrangementRequest) -> Arrangement:
     return made
 
 
-def get(work: Work, arrangement_id: str) -> Arrangement:
+def get(work: AppContext, arrangement_id: str) -> Arrangement:
     """One arrangement. Raises NotFound."""
     with work.read() as store:
         return require(store, ArrangementRow, arrangement_id).arrangement
 
 
 def find(
-    work: Work, limit: int, offset: int, *, machine_id: str | None = None, session_id: str | None = None
+    work: AppContext, limit: int, offset: int, *, machine_id: str | None = None, session_id: str | None = None
 ) -> tuple[Arrangement, ...]:
     """Arrangements, newest first."""
     with work.read() as store:
@@ -78,7 +78,7 @@ def find(
         return tuple(row.arrangement for row in rows)
 
 
-def front(work: Work, arrangement_id: str) -> tuple[ArrangementPoint, ...]:
+def front(work: AppContext, arrangement_id: str) -> tuple[ArrangementPoint, ...]:
     """The best arrangement for each number of moves. Raises NotFound, or InvalidInput without a present arrangement."""
     with work.read() as store:
         made = require(store, ArrangementRow, arrangement_id).arrangement
@@ -87,7 +87,7 @@ def front(work: Work, arrangement_id: str) -> tuple[ArrangementPoint, ...]:
         return engine.front(ground, made.request, work.monotonic)
 
 
-def what_if(work: Work, arrangement_id: str, asked: ArrangementWhatIf) -> ArrangementAnswer:
+def what_if(work: AppContext, arrangement_id: str, asked: ArrangementWhatIf) -> ArrangementAnswer:
     """The arrangement under other circumstances; nothing is stored. Raises NotFound or InvalidInput."""
     with work.read() as store:
         made = require(store, ArrangementRow, arrangement_id).arrangement
@@ -96,7 +96,7 @@ def what_if(work: Work, arrangement_id: str, asked: ArrangementWhatIf) -> Arrang
         return engine.what_if(ground, made, asked, work.monotonic)
 
 
-def mounted(work: Work, arrangement_id: str, request: MountedRequest) -> Arrangement:
+def mounted(work: AppContext, arrangement_id: str, request: MountedRequest) -> Arrangement:
     """State what is mounted where: parts become part of the machine's history.
 
     Raises NotFound, InvalidInput for a part or place that is not known, Conflict where it is stated already.
@@ -124,7 +124,7 @@ def mounted(work: Work, arrangement_id: str, request: MountedRequest) -> Arrange
 
 def _ground(
     store: Store, request: ArrangementRequest, now: datetime, places: tuple[Place, ...] | None = None
-) -> tuple[engine.Ground, str | None, str | None]:
+) -> tuple[engine.ArrangementContext, str | None, str | None]:
     """What a request is answered on, with the machine and the session that it belongs to."""
     correction = None if request.correction_id is None else require(store, CorrectionRow, request.correction_id)
     session_id = request.session_id or (None if correction is None else correction.session_id)
@@ -144,7 +144,7 @@ def _ground(
     if places is None:
         places = _places(store, request, machine_id)
     box = _box(store, request, session, now)
-    return engine.Ground(places, machine, measured, box), machine_id, session_id
+    return engine.ArrangementContext(places, machine, measured, box), machine_id, session_id
 
 
 def _machine(

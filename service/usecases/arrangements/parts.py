@@ -8,17 +8,17 @@ from typing import Literal
 from db.rows import MachineRow, PartEntryRow
 from db.store import Store
 from service.model.arrangement import Arrangement, PartRecord, PartToArrange
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 
 
-def current(work: Work, machine_id: str) -> tuple[PartRecord, ...]:
+def current(work: AppContext, machine_id: str) -> tuple[PartRecord, ...]:
     """The latest line of every part of a machine, by part. Raises NotFound."""
     with work.read() as store:
         require(store, MachineRow, machine_id)
         return tuple(row.record for row in store.latest_part_entries(machine_id))
 
 
-def history(work: Work, machine_id: str, part: str | None, limit: int, offset: int) -> tuple[PartRecord, ...]:
+def history(work: AppContext, machine_id: str, part: str | None, limit: int, offset: int) -> tuple[PartRecord, ...]:
     """Lines of a machine's parts, newest first; part: of this one. Raises NotFound."""
     with work.read() as store:
         require(store, MachineRow, machine_id)

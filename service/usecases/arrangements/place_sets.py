@@ -7,10 +7,10 @@ from db.store import Store
 from service.engine.arrangement import check_places
 from service.errors import NotFound
 from service.model.arrangement import PlaceSet, PlaceSetRequest
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 
 
-def put(work: Work, machine_id: str, name: str, request: PlaceSetRequest) -> PlaceSet:
+def put(work: AppContext, machine_id: str, name: str, request: PlaceSetRequest) -> PlaceSet:
     """Store or replace a set of places. Raises NotFound, or InvalidInput where a rule is broken."""
     check_places(request.places)
     with work.write() as store:
@@ -26,7 +26,7 @@ def put(work: Work, machine_id: str, name: str, request: PlaceSetRequest) -> Pla
         return _view(row)
 
 
-def find(work: Work, machine_id: str) -> tuple[PlaceSet, ...]:
+def find(work: AppContext, machine_id: str) -> tuple[PlaceSet, ...]:
     """A machine's sets of places, by name. Raises NotFound."""
     with work.read() as store:
         require(store, MachineRow, machine_id)

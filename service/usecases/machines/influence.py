@@ -9,7 +9,7 @@ from db.store import Store
 from service.balancing.influence.saved import from_fit, learn, typical
 from service.balancing.selection.problem import BoolArray
 from service.engine import balance_quality, mapping, saved_influence
-from service.engine.influence_fits import Fitted, fit_runs, used
+from service.engine.influence_fits import FittedModel, fit_runs, used
 from service.errors import Conflict, InvalidInput, NotFound, NumericsError
 from service.messages import Message
 from service.model.influence import (
@@ -21,10 +21,10 @@ from service.model.influence import (
     TypicalInfluence,
 )
 from service.model.machine import Machine
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 
 
-def learn_from(work: Work, machine_id: str, request: LearnRequest) -> LearnedInfluence:
+def learn_from(work: AppContext, machine_id: str, request: LearnRequest) -> LearnedInfluence:
     """Fit a session's runs and combine the coefficients with the machine's, within bounds.
 
     Raises NotFound, Conflict for a session of another machine or one that has taught already, NumericsError where the
@@ -59,20 +59,20 @@ def learn_from(work: Work, machine_id: str, request: LearnRequest) -> LearnedInf
         return learned
 
 
-def history_of(work: Work, machine_id: str, limit: int, offset: int = 0) -> tuple[LearnedInfluence, ...]:
+def history_of(work: AppContext, machine_id: str, limit: int, offset: int = 0) -> tuple[LearnedInfluence, ...]:
     """What a machine's coefficients were, latest first. Raises NotFound."""
     with work.read() as store:
         require(store, MachineRow, machine_id)
         return tuple(row.learned for row in store.influences(machine_id, limit, offset))
 
 
-def has_taught(work: Work, session_id: str) -> bool:
+def has_taught(work: AppContext, session_id: str) -> bool:
     """Whether a machine has learned its coefficients from this session."""
     with work.read() as store:
         return store.influence_of(session_id) is not None
 
 
-def typical_of(work: Work, machine_type: str) -> TypicalInfluence:
+def typical_of(work: AppContext, machine_type: str) -> TypicalInfluence:
     """Statistics over the machines of a type. Raises NotFound where fewer than two of them have coefficients alike."""
     with work.read() as store:
         machine, saved, count = _typical(store, machine_type)
@@ -94,7 +94,7 @@ def _latest(store: Store, machine_id: str) -> SavedInfluence | None:
     return next((row.learned.saved for row in store.influences(machine_id, 1)), None)
 
 
-def suggest_trials(work: Work, session_id: str) -> tuple[TrialMassSuggestion, ...]:
+def suggest_trials(work: AppContext, session_id: str) -> tuple[TrialMassSuggestion, ...]:
     """Trial mass and, from earlier coefficients, angle for each plane. Raises NotFound, InvalidInput."""
     with work.read() as store:
         session = require(store, SessionRow, session_id)
@@ -121,7 +121,7 @@ def _check_session(store: Store, machine_id: str, session: SessionRow) -> None:
 
 
 def _combined(
-    machine: Machine, fitted: Fitted, before: SavedInfluence | None
+    machine: Machine, fitted: FittedModel, before: SavedInfluence | None
 ) -> tuple[SavedInfluence, tuple[RefusedUpdate, ...]]:
     rows = fitted.rows
     fresh = from_fit(fitted.fit)

@@ -13,11 +13,11 @@ from service.errors import InvalidInput
 from service.messages import Message
 from service.model.base import read_json, to_plain
 from service.model.machine import Machine, StoredMachine
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.names import name_taken, named_once
 
 
-def create(work: Work, machine: Machine) -> StoredMachine:
+def create(work: AppContext, machine: Machine) -> StoredMachine:
     """Store a machine. Raises InvalidInput where a rule is broken, Conflict where the name is taken."""
     checked = normalised(machine)
     with named_once("machine", checked.name), work.write() as store:
@@ -29,19 +29,19 @@ def create(work: Work, machine: Machine) -> StoredMachine:
         return _view(row)
 
 
-def get(work: Work, machine_id: str) -> StoredMachine:
+def get(work: AppContext, machine_id: str) -> StoredMachine:
     """One machine. Raises NotFound."""
     with work.read() as store:
         return _view(require(store, MachineRow, machine_id))
 
 
-def find(work: Work, limit: int, offset: int) -> tuple[StoredMachine, ...]:
+def find(work: AppContext, limit: int, offset: int) -> tuple[StoredMachine, ...]:
     """Machines, newest first."""
     with work.read() as store:
         return tuple(_view(row) for row in store.machines(limit, offset))
 
 
-def change(work: Work, machine_id: str, patch: Mapping[str, Any]) -> StoredMachine:
+def change(work: AppContext, machine_id: str, patch: Mapping[str, Any]) -> StoredMachine:
     """Merge `patch` into a machine (RFC 7396, top level). Raises ValidationError or InvalidInput, nothing stored."""
     _require_known(patch)
     with named_once("machine", str(patch.get("name"))), work.write() as store:

@@ -14,13 +14,13 @@ from service.errors import Conflict, InvalidInput
 from service.messages import Message
 from service.model.correction import Correction, CorrectionRequest
 from service.model.run import Run
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.machines.influence import saved_for
 from service.usecases.optimistic_lock import require_seen
 from service.usecases.session_view import stored_drum
 
 
-def add(work: Work, session_id: str, request: CorrectionRequest) -> Correction:
+def add(work: AppContext, session_id: str, request: CorrectionRequest) -> Correction:
     """Compute and store a correction. Raises InvalidInput, NumericsError, NotFound, OutOfOrder."""
     check_fields(request)
     with work.write() as store:

@@ -12,7 +12,7 @@ from db.store import Store
 from service.engine import alternatives, session_state
 from service.engine.plan_solver import refitted, solve_plan
 from service.engine.rotor_state import in_order, on_rotor
-from service.engine.selection_problem import Ground
+from service.engine.selection_problem import PlanContext
 from service.engine.validation import hole_label, item_of, plane_index, position_index
 from service.errors import Conflict, InvalidInput, OutOfOrder
 from service.messages import Message, Word
@@ -28,7 +28,7 @@ from service.model.plan import (
     WhatIf,
     WhatIfRequest,
 )
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.optimistic_lock import require_seen
 from service.usecases.plans.reservations import let_go, locked, other_box, require_its_box, require_placements
 from service.usecases.session_view import stored_drum, updated_plan
@@ -36,7 +36,7 @@ from service.usecases.stock import ledger
 from service.version import __version__
 
 
-def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
+def propose(work: AppContext, session_id: str, request: PlanRequest) -> Plan:
     """Choose stock masses and positions for a correction; infeasible is an answer.
 
     The selection is solved between two units of work, so that nobody waits for it. Raises InvalidInput, NotFound,
@@ -72,13 +72,13 @@ def propose(work: Work, session_id: str, request: PlanRequest) -> Plan:
         return plan
 
 
-def get(work: Work, plan_id: str) -> Plan:
+def get(work: AppContext, plan_id: str) -> Plan:
     """One plan. Raises NotFound."""
     with work.read() as store:
         return updated_plan(store, require(store, PlanRow, plan_id))
 
 
-def front(work: Work, plan_id: str) -> tuple[FrontPoint, ...]:
+def front(work: AppContext, plan_id: str) -> tuple[FrontPoint, ...]:
     """The best selection for each number of masses, from the box that the plan was made from, as it was then.
 
     As far as one more mass makes it better. Raises NotFound, or Conflict where that box is not known.
@@ -88,7 +88,7 @@ def front(work: Work, plan_id: str) -> tuple[FrontPoint, ...]:
         return alternatives.front_of(ground, plan.request, its_box, work.attended)
 
 
-def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
+def what_if(work: AppContext, plan_id: str, request: WhatIfRequest) -> WhatIf:
     """The plan under other circumstances, the box as in `front`; nothing is stored.
 
     Raises NotFound, InvalidInput, or Conflict as `front`.
@@ -98,7 +98,7 @@ def what_if(work: Work, plan_id: str, request: WhatIfRequest) -> WhatIf:
         return alternatives.what_if(ground, plan, request, its_box, work.attended)
 
 
-def expected(work: Work, plan_id: str, selections: Sequence[tuple[Placement, ...]]) -> tuple[Plan, ...]:
+def expected(work: AppContext, plan_id: str, selections: Sequence[tuple[Placement, ...]]) -> tuple[Plan, ...]:
     """The plan with what is to be expected of each of these selections, such as its alternatives; nothing is stored.
 
     Raises NotFound, or OutOfOrder and Conflict where its box or its correction is not there any more.
@@ -110,7 +110,7 @@ def expected(work: Work, plan_id: str, selections: Sequence[tuple[Placement, ...
     return tuple(refitted(ground, plan, placements) for placements in selections)
 
 
-def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
+def fitted(work: AppContext, plan_id: str, request: FittedRequest) -> Plan:
     """Take the masses from stock, all or none; pieces of the plan fitted before go back or stay.
 
     Raises Conflict where the box holds too few or is not the plan's, OutOfOrder for a plan that cannot be fitted,
@@ -144,7 +144,7 @@ def fitted(work: Work, plan_id: str, request: FittedRequest) -> Plan:
         return row.plan
 
 
-def unfit(work: Work, plan_id: str) -> Plan:
+def unfit(work: AppContext, plan_id: str) -> Plan:
     """Return the masses of the fitted plan to stock: the rotor is as found again.
 
     Raises OutOfOrder where the plan is not the one that is fitted.
@@ -170,7 +170,7 @@ def unfit(work: Work, plan_id: str) -> Plan:
         return row.plan
 
 
-def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool, now: datetime) -> Ground:
+def _ground(store: Store, session: SessionRow, correction_id: str, keep: bool, now: datetime) -> PlanContext:
     """What a plan of this session is made on; pieces held for other sessions are not there for it."""
     if session.catalogue_id is None:
         raise OutOfOrder(Message("catalogue_missing"), field="catalogue_id", value=None)
@@ -203,8 +203,8 @@ def _made_on(
     correction: CorrectionRow,
     items: tuple[CatalogueItem, ...],
     inputs: PlanInputs,
-) -> Ground:
-    return Ground(
+) -> PlanContext:
+    return PlanContext(
         machine=session.machine,
         items=items,
         runs=tuple(row.run for row in store.runs(session.id)),
@@ -215,7 +215,7 @@ def _made_on(
     )
 
 
-def _solved(work: Work, plan_id: str) -> tuple[Plan, Ground, str | None]:
+def _solved(work: AppContext, plan_id: str) -> tuple[Plan, PlanContext, str | None]:
     """A plan, what it was made on, its box as it was then, and that box's name where the session has another one now.
 
     Questions about a plan are of its own box: what it came to can be compared with nothing else. Raises NotFound, or

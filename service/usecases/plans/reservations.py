@@ -12,12 +12,12 @@ from service.errors import Conflict, OutOfOrder
 from service.messages import Message
 from service.model.plan import Plan
 from service.model.stock import ReserveRequest
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.optimistic_lock import require_seen
 from service.usecases.stock import ledger
 
 
-def reserve(work: Work, plan_id: str, request: ReserveRequest) -> Plan:
+def reserve(work: AppContext, plan_id: str, request: ReserveRequest) -> Plan:
     """Hold the pieces that a plan takes from the box, all or none, in place of what its session held before.
 
     Pieces on the drum now count for the plan. Raises NotFound, OutOfOrder for a plan that is fitted or has no
@@ -41,7 +41,7 @@ def reserve(work: Work, plan_id: str, request: ReserveRequest) -> Plan:
         return row.plan
 
 
-def release(work: Work, plan_id: str) -> Plan:
+def release(work: AppContext, plan_id: str) -> Plan:
     """Hold nothing for a plan any more; no error where nothing is held. Raises NotFound, OutOfOrder once closed."""
     with work.write() as store:
         row, session, _box = locked(store, plan_id)

@@ -8,7 +8,7 @@ from db.rows import BalancerAnswerRow, SessionRow
 from service.engine.validation import check_masses
 from service.model.base import document
 from service.model.run import BalancerAnswer, MassOnRotor
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.readings.clocks import Arrival
 from service.usecases.readings.routing import Targets, reused
 
@@ -43,7 +43,7 @@ class StoredAnswer:
     """False: it was stored before."""
 
 
-def ingest(work: Work, answer: BalancerAnswer, arrival: Arrival | None = None) -> StoredAnswer:
+def ingest(work: AppContext, answer: BalancerAnswer, arrival: Arrival | None = None) -> StoredAnswer:
     """Store a balancer's answer once. arrival: when it came; None: now. Raises as readings do."""
     with work.write() as store:
         targets = Targets(store)
@@ -71,7 +71,7 @@ def ingest(work: Work, answer: BalancerAnswer, arrival: Arrival | None = None) -
         return StoredAnswer(id=row.id, session_id=session_id, accepted=True)
 
 
-def of_session(work: Work, session_id: str, limit: int, offset: int) -> tuple[ListedAnswer, ...]:
+def of_session(work: AppContext, session_id: str, limit: int, offset: int) -> tuple[ListedAnswer, ...]:
     """Answers on the session's machine that are meant for it or for no session, newest first. Raises NotFound."""
     with work.read() as store:
         session = require(store, SessionRow, session_id)

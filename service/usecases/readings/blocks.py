@@ -18,7 +18,7 @@ from service.engine.validation import sensor_index
 from service.errors import InvalidInput
 from service.model.findings import BearingDirections, Findings, NeighbourTone, OrderComponent
 from service.model.machine import Machine
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.readings import ingest
 from service.usecases.readings.block_documents import (
     BlockChannel,
@@ -32,7 +32,7 @@ from service.usecases.readings.clocks import Arrival
 from service.usecases.readings.routing import machine_behind
 
 
-def ingest_block(work: Work, raw: RawBlock, arrival: Arrival | None = None) -> BlockReceipt:
+def ingest_block(work: AppContext, raw: RawBlock, arrival: Arrival | None = None) -> BlockReceipt:
     """Measure a block and store a reading of each channel that gives one, with what else was found of it.
 
     Sent again, they are stored once.
@@ -85,7 +85,7 @@ def _naming(field: str, value: object) -> Iterator[None]:
 
 
 def _store(
-    work: Work,
+    work: AppContext,
     raw: RawBlock,
     machine: Machine,
     found: Mapping[int, Measured],

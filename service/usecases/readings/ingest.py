@@ -19,7 +19,7 @@ from drivers.reading import NO_CLOCK, Reading
 from service.errors import InvalidInput, NotFound, TooLarge, Unavailable
 from service.model.base import YEARS, Moment, Name, Reason, document, to_plain
 from service.model.base import Sequence as Number
-from service.runtime.context import Work, again_after_deadlock
+from service.runtime.context import AppContext, again_after_deadlock
 from service.usecases.readings.clocks import CLOCK_AHEAD, Arrival, Observed, ahead_s
 from service.usecases.readings.routing import Targets, reused
 
@@ -66,7 +66,7 @@ class Withdrawn:
     """Readings among them that were taken out before."""
 
 
-def ingest(work: Work, readings: Sequence[Reading], arrival: Arrival | None = None) -> Receipt:
+def ingest(work: AppContext, readings: Sequence[Reading], arrival: Arrival | None = None) -> Receipt:
     """Store readings, all or none; a repeated (source, sequence) with the same contents counts as a duplicate.
 
     arrival: when they came and were sent; None: now, by a source with the service's own clock. Readings dated further
@@ -91,13 +91,13 @@ def ingest(work: Work, readings: Sequence[Reading], arrival: Arrival | None = No
     return _counted(work, readings, receipt)
 
 
-async def ingest_few(work: Work, readings: Sequence[Reading], arrival: Arrival) -> Receipt:
+async def ingest_few(work: AppContext, readings: Sequence[Reading], arrival: Arrival) -> Receipt:
     """As `ingest`, for a request of an event loop whose readings are no long list: it waits in no thread."""
     _require_length(work, readings)
     return _counted(work, readings, await work.together.done((work, readings, arrival), _store_few))
 
 
-def withdraw(work: Work, request: Withdrawal) -> Withdrawn:
+def withdraw(work: AppContext, request: Withdrawal) -> Withdrawn:
     """Take readings out for good: they stay stored and listed, and count for nothing. The history tells who and why.
 
     Raises InvalidInput unless either sequences or a time is stated, NotFound where the source has no such reading.
@@ -127,12 +127,12 @@ def withdraw(work: Work, request: Withdrawal) -> Withdrawn:
     return Withdrawn(withdrawn=done, before=before)
 
 
-def _here(work: Work) -> Arrival:
+def _here(work: AppContext) -> Arrival:
     now = work.now()
     return Arrival(now, now)
 
 
-def _require_length(work: Work, readings: Sequence[Reading]) -> None:
+def _require_length(work: AppContext, readings: Sequence[Reading]) -> None:
     if len(readings) > work.max_readings:
         raise TooLarge(
             f"{len(readings)} readings in one request; {work.max_readings} are the most",
@@ -141,12 +141,12 @@ def _require_length(work: Work, readings: Sequence[Reading]) -> None:
         )
 
 
-def _counted(work: Work, readings: Sequence[Reading], receipt: Receipt) -> Receipt:
+def _counted(work: AppContext, readings: Sequence[Reading], receipt: Receipt) -> Receipt:
     work.meters.stored(receipt.accepted, receipt.duplicates, {(r.source, r.sequence) for r in readings})
     return receipt
 
 
-Batch = tuple[Work, Sequence[Reading], Arrival]
+Batch = tuple[AppContext, Sequence[Reading], Arrival]
 """Of one request."""
 
 
@@ -183,7 +183,7 @@ def _lowest(readings: Sequence[Reading]) -> tuple[str, int]:
     return min(((reading.source, reading.sequence) for reading in readings), default=("", 0))
 
 
-def _store_new(work: Work, batches: Sequence[Batch]) -> bool:
+def _store_new(work: AppContext, batches: Sequence[Batch]) -> bool:
     """Store batches that are all in order and all new, which most are; else nothing, and False."""
     try:
         with work.write() as store:
@@ -213,7 +213,7 @@ def apart_in(rows: Sequence[NewReading]) -> int:
 class _Unit:
     """Batches on their way into one unit of work; `end` is its last step."""
 
-    def __init__(self, work: Work, store: Store) -> None:
+    def __init__(self, work: AppContext, store: Store) -> None:
         self._store, self._max_ahead_s = store, work.max_ahead_s
         self._targets, self._clocks = Targets(store), Observed(store)
 
@@ -269,7 +269,7 @@ class _Unit:
         )
 
 
-def highest_sequence(work: Work, source: str) -> int:
+def highest_sequence(work: AppContext, source: str) -> int:
     """The highest number stored of a source, of readings or answers; -1 for none."""
     with work.read() as store:
         return max(store.highest_sequence(ReadingRow, source), store.highest_sequence(BalancerAnswerRow, source))

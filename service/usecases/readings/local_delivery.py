@@ -15,14 +15,14 @@ from drivers.reading import Answer, Counter, Entry, Mark, Reading
 from service.errors import DrumtrueError
 from service.model.counters import FrameCounter
 from service.model.run import BalancerAnswer, MassOnRotor
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.readings import balancer_answers, ingest
 
 
 class IntoDatabase:
     """The way into the database of this very process, out of a spool or past it."""
 
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: AppContext) -> None:
         self._work = work
 
     def send(self, items: Sequence[Spooled]) -> None:
@@ -46,7 +46,7 @@ class IntoDatabase:
         """Nothing to let go of: the database is the service's."""
 
 
-def last_mark(work: Work, source: str) -> Mark | None:
+def last_mark(work: AppContext, source: str) -> Mark | None:
     """How far the counters of a source were with what was last stored past a spool; None where nothing was."""
     with work.read() as store:
         row = store.get(SourceMarkRow, source)
@@ -56,7 +56,7 @@ def last_mark(work: Work, source: str) -> Mark | None:
         return Mark(source, row.number, counters)
 
 
-def _ingest(work: Work, entries: Sequence[Entry]) -> None:
+def _ingest(work: AppContext, entries: Sequence[Entry]) -> None:
     values = [entry for entry in entries if isinstance(entry, Reading)]
     if values:
         ingest.ingest(work, values)

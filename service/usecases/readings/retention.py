@@ -15,7 +15,7 @@ from db.rows import ReadingRow
 from service.balancing.influence.resolution import known_scatter
 from service.errors import InvalidInput
 from service.model.base import document
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 
 STEP = timedelta(hours=1)
 """Readings of a source in one unit of work: writers wait no longer than for one hour's readings."""
@@ -33,7 +33,7 @@ class Retained:
     """Rows that hold what is left of them."""
 
 
-def retain(work: Work, days: int, stopped: Callable[[], bool] = lambda: False) -> Retained:
+def retain(work: AppContext, days: int, stopped: Callable[[], bool] = lambda: False) -> Retained:
     """Roll up raw readings taken more than `days` days ago: per source, machine, sensor and minute one row.
 
     Each row holds their count, mean vector, scatter, speed and broadband value. stopped: asked after each hour of

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from db.queries.readings import LatestOf
 from service.model.base import document
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.readings.clocks import ClockOfSource, SourceClock, measured_at, of_sources, shown
 from service.usecases.readings.sources import Source, bound
 
@@ -34,7 +34,7 @@ class SourceHealth(Source):
     """How far its clock is off."""
 
 
-def health(work: Work, looked_at: int = LOOKED_AT) -> tuple[SourceHealth, ...]:
+def health(work: AppContext, looked_at: int = LOOKED_AT) -> tuple[SourceHealth, ...]:
     """Bound sources with how well they are heard, by name; looked_at: by so many of their latest readings."""
     mounted = bound(work)
     with work.read() as store:
@@ -60,7 +60,7 @@ def _of(source: Source, found: Sequence[LatestOf], clock: SourceClock, now: date
     )
 
 
-def metrics(work: Work) -> bytes:
+def metrics(work: AppContext) -> bytes:
     """Everything counted and how the sources are, in Prometheus' text format."""
     heard = health(work, looked_at=1)
     now = work.now()

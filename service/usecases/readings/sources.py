@@ -9,7 +9,7 @@ from service.errors import InvalidInput
 from service.messages import Message
 from service.model.base import document
 from service.model.findings import Findings
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 
 
 @document
@@ -58,7 +58,7 @@ class StoredReading:
     """What the signal chain found beside it, where it was measured from a block of waveforms."""
 
 
-def bind(work: Work, name: str, machine_id: str) -> Source:
+def bind(work: AppContext, name: str, machine_id: str) -> Source:
     """Bind a source to the machine it is mounted on. Raises NotFound."""
     with work.write() as store:
         require(store, MachineRow, machine_id)
@@ -72,14 +72,14 @@ def bind(work: Work, name: str, machine_id: str) -> Source:
         return Source(name=row.name, machine_id=row.machine_id, bound_at=row.bound_at)
 
 
-def bound(work: Work) -> tuple[Source, ...]:
+def bound(work: AppContext) -> tuple[Source, ...]:
     """Bound sources, by name."""
     with work.read() as store:
         return tuple(Source(name=r.name, machine_id=r.machine_id, bound_at=r.bound_at) for r in store.sources())
 
 
 def readings_of(
-    work: Work, name: str, since: datetime | None, until: datetime | None, limit: int, offset: int
+    work: AppContext, name: str, since: datetime | None, until: datetime | None, limit: int, offset: int
 ) -> tuple[StoredReading, ...]:
     """Raw readings of a bound source with what was found beside them, newest first. Raises NotFound, InvalidInput."""
     if since is not None and until is not None and since > until:

@@ -21,11 +21,11 @@ from service.model.base import document
 from service.model.findings import Findings
 from service.model.machine import Machine
 from service.model.run import Take
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.readings.clocks import TOLERANCE_S, ClockOfSource, SourceClock, measured, of_sources, shown
 
 WINDOW = timedelta(seconds=10)
-MOST_READINGS = 400
+MAX_READINGS = 400
 LEAST = 5
 """Readings of a sensor, within the window, before anything is said of its steadiness."""
 STEADY_AMPLITUDE = 0.05
@@ -83,7 +83,7 @@ class Live:
     """Clocks of the machine's sources, and of those in the window: how far they are off."""
 
 
-def look(work: Work, session_id: str, since: datetime | None = None) -> Live:
+def look(work: AppContext, session_id: str, since: datetime | None = None) -> Live:
     """The window of the last 10 s before the newest reading, at most 400 readings. Raises NotFound.
 
     since: nothing from before it is seen, such as the moment the machine was released with other masses on.
@@ -108,11 +108,11 @@ def _window(store: Store, session: SessionRow, since: datetime | None, now: date
     opened = session.created_at
     first = opened if since is None else max(opened, since)
     bound = store.sources_on(session.machine_id)
-    rows = list(store.received_for_session(session.id, first, MOST_READINGS))
+    rows = list(store.received_for_session(session.id, first, MAX_READINGS))
     for source in bound:
         # What it sent before it was mounted here is of another machine.
         begin = max(first, source.bound_at)
-        rows += store.received_of_source(source.name, session.machine_id, begin, MOST_READINGS)
+        rows += store.received_of_source(source.name, session.machine_id, begin, MAX_READINGS)
     clocks = of_sources(store, {source.name for source in bound} | {row.source for row in rows})
     timed = [(row, measured(row, clocks[row.source], now)) for row in rows]
     # What came after the session was opened is of it, unless a clock that is known well says that it is older.
@@ -124,7 +124,7 @@ def _window(store: Store, session: SessionRow, since: datetime | None, now: date
     ]
     mine.sort(key=lambda one: (one[1], one[0].sequence), reverse=True)
     newest = mine[0][1] if mine else None
-    recent = [one for one in mine[:MOST_READINGS] if newest is not None and newest - one[1] <= WINDOW]
+    recent = [one for one in mine[:MAX_READINGS] if newest is not None and newest - one[1] <= WINDOW]
     return _Window(recent, clocks)
 
 
@@ -143,13 +143,13 @@ def _with_findings(store: Store, live: Live, window: _Window) -> Live:
     return replace(live, sensors=tuple(sensors))
 
 
-def topics(work: Work, session_id: str) -> tuple[str, str]:
+def topics(work: AppContext, session_id: str) -> tuple[str, str]:
     """Keys under which what `look` shows is announced: the session's and its machine's. Raises NotFound."""
     with work.read() as store:
         return session_id, require(store, SessionRow, session_id).machine_id
 
 
-def window(work: Work, session_id: str, since: datetime | None = None) -> Take | None:
+def window(work: AppContext, session_id: str, since: datetime | None = None) -> Take | None:
     """The window that `look` sees, of the source with the most readings in it: what a run taken now is made of.
 
     None where no bound source has a reading. Raises NotFound.

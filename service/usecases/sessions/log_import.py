@@ -28,7 +28,7 @@ from service.model.base import document, read_json, to_plain
 from service.model.machine import Catalogue, Machine
 from service.model.plan import Plan
 from service.model.session import Session, SessionLog, SessionRecord
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.session_view import session_view
 from service.usecases.sessions.sessions import log_of
 
@@ -55,7 +55,7 @@ def read_whole_log(text: str | bytes) -> SessionLog:
     return checked_record(checked(log))
 
 
-def import_one(work: Work, log: SessionLog) -> Session:
+def import_one(work: AppContext, log: SessionLog) -> Session:
     """Store the session of a log; one that is here already, and the same, stays as it is.
 
     Raises InvalidInput for a log without record or with a broken rule, Conflict where another session has its
@@ -68,7 +68,7 @@ def import_one(work: Work, log: SessionLog) -> Session:
         return session_view(store, require(store, SessionRow, log.session_id or ""))
 
 
-def import_all(work: Work, logs: Iterable[SessionLog]) -> Imported:
+def import_all(work: AppContext, logs: Iterable[SessionLog]) -> Imported:
     """Store the sessions of logs that `read_whole_log` read, all or none. Raises as `import_one`."""
     stored = known = 0
     session_id: str | None = None

@@ -28,13 +28,13 @@ from service.model.report import BeforeAfter, PlaneLoad, Report
 from service.model.run import MassOnRotor
 from service.model.session import Session, SessionSummary
 from service.model.stop import Stop
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.session_view import stored_drum
 from service.usecases.sessions import sessions, stops
 from service.version import __version__
 
 
-def report(work: Work, session_id: str) -> Report:
+def report(work: AppContext, session_id: str) -> Report:
     """What the session came to, at one moment. Raises NotFound."""
     with work.one_moment() as one:
         session = sessions.get(one, session_id)
@@ -121,12 +121,12 @@ def plane_loads(machine: Machine, fitted: Sequence[Placement]) -> tuple[PlaneLoa
     return tuple(out)
 
 
-def before_after(work: Work, session: Session) -> tuple[BeforeAfter, ...]:
+def before_after(work: AppContext, session: Session) -> tuple[BeforeAfter, ...]:
     """Each sensor in the first as-found run, and in the latest check run of the masses that are on the drum now."""
     return verdict.before_after(drum_of(session, stops.of(work, session.id)))
 
 
-def trend(work: Work, machine_id: str, most: int) -> tuple[tuple[datetime, tuple[BeforeAfter, ...]], ...]:
+def trend(work: AppContext, machine_id: str, most: int) -> tuple[tuple[datetime, tuple[BeforeAfter, ...]], ...]:
     """When each of a machine's sessions was opened, and its sensors before and after: the newest first."""
     with work.read() as store:
         rows = store.sessions(most, 0, machine_id=machine_id)

@@ -18,12 +18,12 @@ from service.model.base import to_plain
 from service.model.diagnostic import Diagnostic
 from service.model.machine import Machine
 from service.model.run import MassOnRotor, Run, RunPatch, RunReading, RunRequest
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.optimistic_lock import require_seen
 from service.usecases.readings.run_averaging import taken_readings
 
 
-def add(work: Work, session_id: str, request: RunRequest) -> Run:
+def add(work: AppContext, session_id: str, request: RunRequest) -> Run:
     """Store a run. Raises InvalidInput, NotFound, or OutOfOrder for a check of nothing or a closed session."""
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
@@ -55,7 +55,7 @@ def add(work: Work, session_id: str, request: RunRequest) -> Run:
         return run
 
 
-def change(work: Work, session_id: str, run_id: str, patch: RunPatch) -> Run:
+def change(work: AppContext, session_id: str, run_id: str, patch: RunPatch) -> Run:
     """Exclude a run, or take it in again. Raises NotFound, or OutOfOrder once the session is closed."""
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)

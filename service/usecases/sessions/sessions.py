@@ -21,14 +21,14 @@ from service.model.session import (
     SessionRequest,
     SessionSummary,
 )
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.optimistic_lock import require_seen
 from service.usecases.plans.reservations import let_go
 from service.usecases.session_view import session_summary, session_view, set_apart
 from service.version import __version__
 
 
-def open_on(work: Work, request: SessionRequest) -> Session:
+def open_on(work: AppContext, request: SessionRequest) -> Session:
     """Open a session; the machine is copied into it as it is now. Raises NotFound or InvalidInput."""
     with work.write() as store:
         machine = require(store, MachineRow, request.machine_id)
@@ -56,14 +56,14 @@ def open_on(work: Work, request: SessionRequest) -> Session:
         return session_view(store, row)
 
 
-def get(work: Work, session_id: str) -> Session:
+def get(work: AppContext, session_id: str) -> Session:
     """A session with all its runs, corrections and plans. Raises NotFound."""
     with work.read() as store:
         return session_view(store, require(store, SessionRow, session_id))
 
 
 def find(
-    work: Work,
+    work: AppContext,
     limit: int,
     offset: int,
     *,
@@ -79,7 +79,7 @@ def find(
         )
 
 
-def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
+def change(work: AppContext, session_id: str, patch: SessionPatch) -> Session:
     """Close a session, or change box, technician or note. Raises OutOfOrder once it is closed, Stale."""
     with work.write() as store:
         row = require(store, SessionRow, session_id, lock=True)
@@ -99,7 +99,7 @@ def change(work: Work, session_id: str, patch: SessionPatch) -> Session:
         return session_view(store, row)
 
 
-def log(work: Work, session_id: str) -> SessionLog:
+def log(work: AppContext, session_id: str) -> SessionLog:
     """The session as one document that gives its answers again, and can be imported. Raises NotFound."""
     with work.read() as store:
         return log_of(store, require(store, SessionRow, session_id))

@@ -24,18 +24,18 @@ from service.model.machine import Machine
 from service.model.plan import ActualPlacement, FittedRequest, Placement
 from service.model.run import MassOnRotor
 from service.model.stop import Stop, StopRequest
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.plans import plans
 
 
-def of(work: Work, session_id: str) -> tuple[Stop, ...]:
+def of(work: AppContext, session_id: str) -> tuple[Stop, ...]:
     """The stops of a session, in order. Raises NotFound."""
     with work.read() as store:
         require(store, SessionRow, session_id)
         return tuple(row.stop for row in store.stops(session_id))
 
 
-def begin(work: Work, session_id: str, request: StopRequest) -> Stop:
+def begin(work: AppContext, session_id: str, request: StopRequest) -> Stop:
     """Begin a stop; one that is under way is given up, unless masses were changed in it already.
 
     Raises NotFound, InvalidInput, OutOfOrder for a closed session or a stop that has to be finished first.
@@ -67,12 +67,12 @@ def begin(work: Work, session_id: str, request: StopRequest) -> Stop:
         return stop
 
 
-def lock(work: Work, session_id: str, number: int) -> Stop:
+def lock(work: AppContext, session_id: str, number: int) -> Stop:
     """State that the drum stands still: key out, drum blocked. Raises NotFound, OutOfOrder."""
     return _step(work, session_id, number, lambda stop, _: replace(stop, locked_at=stop.locked_at or work.now()))
 
 
-def change(work: Work, session_id: str, number: int, masses: Sequence[MassOnRotor]) -> Stop:
+def change(work: AppContext, session_id: str, number: int, masses: Sequence[MassOnRotor]) -> Stop:
     """State ALL masses that are on the rotor now.
 
     Raises NotFound, OutOfOrder before the machine is locked, InvalidInput where a hole would be pulled too hard.
@@ -88,7 +88,7 @@ def change(work: Work, session_id: str, number: int, masses: Sequence[MassOnRoto
     return _step(work, session_id, number, stated)
 
 
-def fit(work: Work, session_id: str, number: int, actual: tuple[ActualPlacement, ...] | None) -> Stop:
+def fit(work: AppContext, session_id: str, number: int, actual: tuple[ActualPlacement, ...] | None) -> Stop:
     """State the masses of the stop's plan bolted on: they leave the stock, and are on the rotor from now on.
 
     actual: what was really fitted, where it differs. Raises as `plans.fitted` and `change`; repeated, it does nothing.
@@ -113,7 +113,7 @@ def fit(work: Work, session_id: str, number: int, actual: tuple[ActualPlacement,
     return _step(work, session_id, number, lambda stop, _: _changed(work, stop, masses))
 
 
-def bare(work: Work, session_id: str, number: int) -> Stop:
+def bare(work: AppContext, session_id: str, number: int) -> Stop:
     """State that everything is off again: the masses of a fitted plan are back in the box, the drum is as found.
 
     Raises NotFound, OutOfOrder before the machine is locked; repeated, it does nothing.
@@ -126,7 +126,7 @@ def bare(work: Work, session_id: str, number: int) -> Stop:
     return _step(work, session_id, number, lambda stop, _: _changed(work, stop, ()))
 
 
-def release(work: Work, session_id: str, number: int) -> Stop:
+def release(work: AppContext, session_id: str, number: int) -> Stop:
     """State that bolts are torqued, tools out and guards on. Raises NotFound, OutOfOrder before masses are stated."""
 
     def released(stop: Stop, _machine: Machine) -> Stop:
@@ -137,7 +137,7 @@ def release(work: Work, session_id: str, number: int) -> Stop:
     return _step(work, session_id, number, released)
 
 
-def reopen(work: Work, session_id: str, number: int) -> Stop:
+def reopen(work: AppContext, session_id: str, number: int) -> Stop:
     """Take back what was stated of the masses, as long as the drum has not turned with them in a stored run.
 
     The masses of a plan go back into the box; a machine that was released is to be locked again. Raises NotFound,
@@ -159,7 +159,7 @@ def reopen(work: Work, session_id: str, number: int) -> Stop:
     return _step(work, session_id, number, taken_back)
 
 
-def cancel(work: Work, session_id: str, number: int) -> Stop:
+def cancel(work: AppContext, session_id: str, number: int) -> Stop:
     """Give a stop up before anything was changed. Raises NotFound, OutOfOrder."""
 
     def given_up(stop: Stop, _machine: Machine) -> Stop:
@@ -196,7 +196,7 @@ def check_forces(machine: Machine, masses: Iterable[MassOnRotor]) -> None:
             )
 
 
-def _step(work: Work, session_id: str, number: int, stepped: Callable[[Stop, Machine], Stop]) -> Stop:
+def _step(work: AppContext, session_id: str, number: int, stepped: Callable[[Stop, Machine], Stop]) -> Stop:
     with work.write() as store:
         session = require(store, SessionRow, session_id, lock=True)
         session_state.after(session, "run")
@@ -210,7 +210,7 @@ def _step(work: Work, session_id: str, number: int, stepped: Callable[[Stop, Mac
         return stop
 
 
-def _changed(work: Work, stop: Stop, masses: Sequence[MassOnRotor]) -> Stop:
+def _changed(work: AppContext, stop: Stop, masses: Sequence[MassOnRotor]) -> Stop:
     _require_locked(stop)
     return replace(stop, masses=tuple(masses), changed_at=work.now())
 

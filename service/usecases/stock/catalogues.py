@@ -11,7 +11,7 @@ from service.errors import InvalidInput
 from service.messages import Message, Quantity
 from service.model.machine import Catalogue, CatalogueItem, CataloguePatch, Pieces, StockItem, StoredCatalogue
 from service.model.stock import Balance, Hold, Movement, Stock, StockBooking
-from service.runtime.context import Work, require
+from service.runtime.context import AppContext, require
 from service.usecases.names import name_taken, named_once
 from service.usecases.stock import ledger
 
@@ -19,7 +19,7 @@ FIRST_PAGE = 50
 """Movements shown with the answer to a booking."""
 
 
-def create(work: Work, catalogue: Catalogue) -> StoredCatalogue:
+def create(work: AppContext, catalogue: Catalogue) -> StoredCatalogue:
     """Store a box; its counts are booked as received. Raises InvalidInput, or Conflict where the name is taken."""
     check_catalogue(catalogue)
     with named_once("catalogue", catalogue.name), work.write() as store:
@@ -34,19 +34,19 @@ def create(work: Work, catalogue: Catalogue) -> StoredCatalogue:
         return _view(work, store, row)
 
 
-def get(work: Work, catalogue_id: str) -> StoredCatalogue:
+def get(work: AppContext, catalogue_id: str) -> StoredCatalogue:
     """One box with what is left in it. Raises NotFound."""
     with work.read() as store:
         return _view(work, store, require(store, CatalogueRow, catalogue_id))
 
 
-def find(work: Work, limit: int, offset: int) -> tuple[StoredCatalogue, ...]:
+def find(work: AppContext, limit: int, offset: int) -> tuple[StoredCatalogue, ...]:
     """Boxes, newest first."""
     with work.read() as store:
         return tuple(_view(work, store, row) for row in store.catalogues(limit, offset))
 
 
-def change(work: Work, catalogue_id: str, patch: CataloguePatch) -> StoredCatalogue:
+def change(work: AppContext, catalogue_id: str, patch: CataloguePatch) -> StoredCatalogue:
     """Rename, receive, count. Raises InvalidInput for a mass that is not in the box or has no count."""
     with named_once("catalogue", patch.name or ""), work.write() as store:
         row = require(store, CatalogueRow, catalogue_id, lock=True)
@@ -65,13 +65,13 @@ def change(work: Work, catalogue_id: str, patch: CataloguePatch) -> StoredCatalo
         return _view(work, store, row)
 
 
-def stock_of(work: Work, catalogue_id: str, limit: int, offset: int) -> Stock:
+def stock_of(work: AppContext, catalogue_id: str, limit: int, offset: int) -> Stock:
     """Balances, what is held for whom, and a page of movements, newest first. Raises NotFound."""
     with work.read() as store:
         return _stock(work, store, require(store, CatalogueRow, catalogue_id), limit, offset)
 
 
-def book(work: Work, catalogue_id: str, booking: StockBooking) -> Stock:
+def book(work: AppContext, catalogue_id: str, booking: StockBooking) -> Stock:
     """Book pieces that came, went or were counted.
 
     Raises NotFound, InvalidInput for a mass that is not in the box or has no count, Conflict where more are withdrawn
@@ -106,7 +106,7 @@ def _counted_items(
     return out
 
 
-def _view(work: Work, store: Store, row: CatalogueRow) -> StoredCatalogue:
+def _view(work: AppContext, store: Store, row: CatalogueRow) -> StoredCatalogue:
     items = tuple(
         StockItem(**vars(item), on_hand=balance.on_hand, reserved=balance.reserved, available=balance.available)
         for item, balance in zip(row.items, _balances(store, row, ledger.holds(store, row.id, work.now())), strict=True)
@@ -128,7 +128,7 @@ def _balances(store: Store, row: CatalogueRow, holds: Sequence[ledger.Held]) -> 
     )
 
 
-def _stock(work: Work, store: Store, row: CatalogueRow, limit: int, offset: int) -> Stock:
+def _stock(work: AppContext, store: Store, row: CatalogueRow, limit: int, offset: int) -> Stock:
     holds = ledger.holds(store, row.id, work.now())
     return Stock(
         catalogue_id=row.id,

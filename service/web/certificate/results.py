@@ -14,7 +14,7 @@ from service.web.pictures import bars, end_view, polar
 from service.web.pictures.reader import Reader
 from service.web.pictures.words import mass_words
 
-MOST_POLAR = 4
+MAX_POLAR = 4
 """Polar plots on a certificate; with more sensors the table of runs has to do."""
 
 
@@ -146,7 +146,7 @@ def proof(report: Report, reader: Reader) -> Lines:
 def polar_plots(session: Session, plan: Plan | None, reader: Reader) -> tuple[Part, ...]:
     """A polar plot of every sensor at the service speed, if there are not too many."""
     machine = session.machine
-    if len(machine.sensors) > MOST_POLAR or not any(_phased(run) for run in session.runs):
+    if len(machine.sensors) > MAX_POLAR or not any(_phased(run) for run in session.runs):
         return ()
     predicted = (
         {} if plan is None else {v.sensor: v for v in plan.predicted if v.speed_rpm == machine.service_speed_rpm}

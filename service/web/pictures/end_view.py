@@ -27,11 +27,11 @@ WIDTH = 600.0
 CENTRE: Point = (WIDTH / 2, 276.0)
 HOLES, RIM, WORDS = 150.0, 182.0, 204.0
 """Radii on paper of the holes, of the drum, and of the words beside it."""
-MOST_NUMBERS = 40
+MAX_NUMBERS = 40
 """Above so many holes only those that matter, and every fifth, have their number."""
 _HEAD = 52.0
 """Room for title and side, in which no other word stands."""
-MOST_MOVES = 20
+MAX_MOVES = 20
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def _drawn_hole(machine: Machine, compass: Compass, hole: Hole, size: float, cou
 
 
 def _numbered(hole: Hole, count: int) -> bool:
-    if count <= MOST_NUMBERS or hole.pieces:
+    if count <= MAX_NUMBERS or hole.pieces:
         return True
     return hole.label is not None and hole.label.isdecimal() and int(hole.label) % 5 == 0
 
@@ -228,7 +228,7 @@ def _piece_words(machine: Machine, compass: Compass, holes: Sequence[Hole], read
 def _placed(machine: Machine, compass: Compass, hole: Hole, words: tuple[Part, str], taken: Sequence[Box]) -> Words:
     part, text = words
     size = 17.0 if len(text) <= 11 else 14.0
-    for step in range(MOST_MOVES):
+    for step in range(MAX_MOVES):
         shown = text if step == 0 or hole.label is None else f"{hole.label}: {text}"
         x, y = compass.at(WORDS + 9.0 * step, hole.degrees, machine.angle_sense)
         aside = x - compass.centre[0]

@@ -10,7 +10,7 @@ from service.web.pictures.chart import BOTTOM, HEIGHT, LEFT, RIGHT, WIDTH, Chart
 from service.web.pictures.drawing import Circle, Item, Line, Picture, Words
 from service.web.pictures.reader import Reader
 
-MOST_DATES = 6
+MAX_DATES = 6
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def _dates(points: Sequence[TrendPoint], places: Sequence[tuple[float, float]], 
     out: list[Item] = []
     last = float("-inf")
     for point, (x, _y) in zip(points, places, strict=True):
-        if x - last > (RIGHT - LEFT) / MOST_DATES:
+        if x - last > (RIGHT - LEFT) / MAX_DATES:
             out.append(Words((x, BOTTOM + 22.0), reader.date(point.when), "pic-words", size=14.0))
             last = x
     return out

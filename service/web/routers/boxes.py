@@ -17,10 +17,10 @@ from service.web.rendering import Page, PageDep
 
 router = APIRouter(prefix="/boxes")
 
-MOST_LISTED = 200
-ROWS, MOST_ROWS = 6, 60
-MOST_PIECES = 1_000_000
-MOST_MOVEMENTS = 50
+MAX_LISTED = 200
+ROWS, MAX_ROWS = 6, 60
+MAX_PIECES = 1_000_000
+MAX_MOVEMENTS = 50
 """Entries of the ledger that are shown, the newest."""
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$")]
 
@@ -28,7 +28,7 @@ Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$
 @router.get("")
 def boxes_page(page: PageDep) -> HTMLResponse:
     """All boxes with what is left in each."""
-    return page.render("boxes.html", boxes=catalogues.find(page.work, MOST_LISTED, 0))
+    return page.render("boxes.html", boxes=catalogues.find(page.work, MAX_LISTED, 0))
 
 
 @router.get("/new")
@@ -42,7 +42,7 @@ def store_box(page: PageDep, typed: TypedDep) -> Response:
     """Store a box, or show the form again with more lines."""
     form = Form(typed, page.preferences)
     if form.value("more"):
-        form.values["rows"] = str(min(_rows(form) + ROWS, MOST_ROWS))
+        form.values["rows"] = str(min(_rows(form) + ROWS, MAX_ROWS))
         return _form(page, form)
     name = form.text("name", required=True)
     items = tuple(item for index in range(_rows(form)) if (item := _item(page, form, index)) is not None)
@@ -70,8 +70,8 @@ def book_box(page: PageDep, typed: TypedDep, box_id: Key) -> Response:
     box = catalogues.get(page.work, box_id)
     received, counted = [], []
     for index, item in enumerate(box.items):
-        put_in = form.whole(f"received[{index}]", low=0, high=MOST_PIECES, required=False)
-        found = form.whole(f"counted[{index}]", low=0, high=MOST_PIECES, required=False)
+        put_in = form.whole(f"received[{index}]", low=0, high=MAX_PIECES, required=False)
+        found = form.whole(f"counted[{index}]", low=0, high=MAX_PIECES, required=False)
         if put_in:
             received.append(Pieces(mass_g=item.mass_g, pieces=put_in))
         if found is not None:
@@ -87,7 +87,7 @@ def book_box(page: PageDep, typed: TypedDep, box_id: Key) -> Response:
 
 def _rows(form: Form) -> int:
     text = form.value("rows", str(ROWS))
-    return min(int(text), MOST_ROWS) if text.isdecimal() and len(text) < 4 else ROWS
+    return min(int(text), MAX_ROWS) if text.isdecimal() and len(text) < 4 else ROWS
 
 
 def _item(page: Page, form: Form, index: int) -> CatalogueItem | None:
@@ -97,7 +97,7 @@ def _item(page: Page, form: Form, index: int) -> CatalogueItem | None:
     if not any(form.value(name).strip() for name in names):
         return None
     grams = form.number(f"{where}.mass_g", above=0.0, high=1e6, unit=unit)
-    pieces = form.whole(f"{where}.count", low=1, high=MOST_PIECES, required=False)
+    pieces = form.whole(f"{where}.count", low=1, high=MAX_PIECES, required=False)
     fastener = form.number(f"{where}.fastener_g", low=0.0, high=1e5, unit=unit, required=False)
     name = form.text(f"{where}.name")
     return None if grams is None else CatalogueItem(mass_g=grams, count=pieces, name=name, fastener_g=fastener or 0.0)
@@ -108,5 +108,5 @@ def _form(page: Page, form: Form, status: int = 200) -> HTMLResponse:
 
 
 def _box(page: Page, box_id: str, form: Form, status: int = 200) -> HTMLResponse:
-    stock = catalogues.stock_of(page.work, box_id, MOST_MOVEMENTS, 0)
+    stock = catalogues.stock_of(page.work, box_id, MAX_MOVEMENTS, 0)
     return page.render("box.html", status=status, form=form, box=catalogues.get(page.work, box_id), stock=stock)

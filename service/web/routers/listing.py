@@ -18,13 +18,13 @@ router = APIRouter(prefix="/sessions")
 
 A_PAGE = 30
 STATES: tuple[str, ...] = get_args(SessionState)
-LONGEST_SEARCH = 100
+MAX_SEARCH = 100
 
 
 @router.get("")
 def sessions_page(page: PageDep, words: str = "", state: str = "", start: int = 0) -> HTMLResponse:
     """Sessions, newest first; those whose machine, technician or note has the words in it."""
-    words, start = words.strip()[:LONGEST_SEARCH], min(max(start, 0), 10**9)
+    words, start = words.strip()[:MAX_SEARCH], min(max(start, 0), 10**9)
     state = state if state in STATES else ""
     found = sessions.find(page.work, A_PAGE + 1, start, state=state or None, words=words or None)
     return page.render(

@@ -7,7 +7,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from service.errors import TooManyAttempts, Unauthorized
 from service.usecases.access import logins
-from service.usecases.access.login_throttle import Attempts
+from service.usecases.access.login_throttle import LoginThrottle
 from service.web.forms import Form, TypedDep
 from service.web.language import N_
 from service.web.rendering import Page, PageDep
@@ -32,7 +32,7 @@ def log_in(page: PageDep, typed: TypedDep) -> Response:
     if not text:
         form.wrong("token", N_("Fill in this field."))
         return page.render("login.html", status=422, form=form, back=back)
-    attempts: Attempts = page.request.app.state.attempts
+    attempts: LoginThrottle = page.request.app.state.attempts
     address = page.request.client.host if page.request.client else "unknown"
     try:
         secret = attempts.guarded(address, text, lambda: logins.log_in(page.work, text))

@@ -21,15 +21,15 @@ from service.web.rendering import Page, PageDep
 
 router = APIRouter(prefix="/machines")
 
-MOST_LISTED = 200
-MOST_SESSIONS = 30
+MAX_LISTED = 200
+MAX_SESSIONS = 30
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$")]
 
 
 @router.get("")
 def machines_page(page: PageDep) -> HTMLResponse:
     """All machines."""
-    return page.render("machines.html", machines=machines.find(page.work, MOST_LISTED, 0))
+    return page.render("machines.html", machines=machines.find(page.work, MAX_LISTED, 0))
 
 
 @router.get("/new")
@@ -59,7 +59,7 @@ def store_machine(page: PageDep, typed: TypedDep) -> Response:
 def machine_page(page: PageDep, machine_id: Key) -> HTMLResponse:
     """One machine: its description, its sessions, its trend."""
     machine = machines.get(page.work, machine_id)
-    found = sessions.find(page.work, MOST_SESSIONS, 0, machine_id=machine_id)
+    found = sessions.find(page.work, MAX_SESSIONS, 0, machine_id=machine_id)
     return page.render(
         "machine.html",
         machine=machine,

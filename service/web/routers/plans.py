@@ -15,7 +15,7 @@ from service.model.influence import LearnRequest
 from service.model.machine import CataloguePatch, Pieces
 from service.model.plan import BlockedPosition, Mode, ObjectiveName, PlanRequest
 from service.model.run import MassOnRotor
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.machines import influence
 from service.usecases.plans import corrections, plans
 from service.usecases.stock import catalogues
@@ -57,7 +57,7 @@ def make_correction(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response
         source = "amplitude_only"
     request = CorrectionRequest(source=SOURCES[source], masses=masses)
 
-    def compute(work: Work) -> str:
+    def compute(work: AppContext) -> str:
         corrections.add(work, guide.session.id, request)
         return f"/sessions/{guide.session.id}/step/correction"
 
@@ -72,7 +72,7 @@ def teach_machine(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """Keep the coefficients of the session's runs with the machine: next time the run as found may be enough."""
     session = guide.session
 
-    def teach(work: Work) -> str:
+    def teach(work: AppContext) -> str:
         influence.learn_from(work, session.machine_id, LearnRequest(session_id=session.id))
         return f"/sessions/{session.id}"
 
@@ -145,7 +145,7 @@ def show_front(page: LongPageDep, session_id: Key, plan_id: PlanKey) -> HTMLResp
 
 
 def _proposed(page: Page, guide: Guide, typed: dict[str, str], form: Form, request: PlanRequest) -> Response:
-    def propose(work: Work) -> str:
+    def propose(work: AppContext) -> str:
         plans.propose(work.having_seen(guide.session.version), guide.session.id, request)
         return f"/sessions/{guide.session.id}/step/plan"
 
@@ -158,7 +158,7 @@ def _proposed(page: Page, guide: Guide, typed: dict[str, str], form: Form, reque
         return steps.refused(page, guide, form, error, "plan")
 
 
-def _strike_out(work: Work, guide: Guide, mass_g: float) -> str:
+def _strike_out(work: AppContext, guide: Guide, mass_g: float) -> str:
     """One piece that the box should hold is not there: book what a count would find."""
     box = catalogues.get(work, guide.session.catalogue_id or "")
     item = next((one for one in box.items if abs(one.mass_g - mass_g) < 1e-9), None)

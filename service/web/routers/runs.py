@@ -12,7 +12,7 @@ from service.errors import DrumtrueError, OutOfOrder
 from service.messages import Message
 from service.model.run import RunKind, RunPatch, RunReading, RunRequest, Take
 from service.model.stop import StopRequest
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.sessions import live, runs, stops
 from service.web.form_guard import done_in, require_fresh
 from service.web.forms import Form, TypedDep
@@ -25,7 +25,7 @@ from service.web.units import TURNS
 
 router = APIRouter(prefix="/sessions/{session_id}/runs")
 
-MOST_AMPLITUDE = 1e6
+MAX_AMPLITUDE = 1e6
 _KIND: dict[str, RunKind] = {"initial": "initial", "trial": "trial", "check": "check"}
 TOO_FAST = N_("%(speed)s is above the service speed of %(service)s. Slow the machine down, then take the run again.")
 
@@ -81,7 +81,7 @@ def exclude_run(
         N_("excluded on the page") if excluded else N_("taken in again")
     )
 
-    def change(work: Work) -> str:
+    def change(work: AppContext) -> str:
         runs.change(work, guide.session.id, run_id, RunPatch(excluded=excluded, reason=reason))
         return f"/sessions/{guide.session.id}"
 
@@ -101,7 +101,7 @@ def repeat_trial(
     run = next((one for one in guide.session.runs if one.id == run_id), None)
     plane = run.masses[-1].plane if run is not None and run.masses else None
 
-    def again(work: Work) -> str:
+    def again(work: AppContext) -> str:
         runs.change(
             work, guide.session.id, run_id, RunPatch(excluded=True, reason=page.text(N_("the trial is repeated")))
         )
@@ -121,7 +121,7 @@ def _reading(page: Page, guide: Guide, form: Form, index: int, speed: float | No
     if not form.value(amplitude_name).strip() and not form.value(phase_name).strip() and index > 0:
         return None
     unit = page.display.amplitude_unit(sensor)
-    amplitude = form.number(amplitude_name, low=0.0, high=MOST_AMPLITUDE, unit=unit)
+    amplitude = form.number(amplitude_name, low=0.0, high=MAX_AMPLITUDE, unit=unit)
     phase = form.angle(phase_name, required=False)
     if amplitude is None or amplitude_name in form.errors or phase_name in form.errors:
         return None
@@ -149,7 +149,7 @@ def _stored(
     try:
         request = _request(guide, readings=readings, take=take)
 
-        def store(work: Work) -> str:
+        def store(work: AppContext) -> str:
             runs.add(work, guide.session.id, request)
             return f"/sessions/{guide.session.id}"
 

@@ -11,7 +11,7 @@ from service.errors import DrumtrueError
 from service.model.machine import StoredMachine
 from service.model.run import RunOut
 from service.model.session import AsFoundPiece, SessionPatch, SessionRequest
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.machines import machines
 from service.usecases.sessions import sessions
 from service.usecases.stock import catalogues
@@ -24,7 +24,7 @@ from service.web.session.guide import STEPS, Guide, look
 
 router = APIRouter(prefix="/sessions")
 
-MOST_LISTED = 200
+MAX_LISTED = 200
 Key = Annotated[str, Path(min_length=1, max_length=32, pattern="^[0-9A-Za-z_-]+$")]
 
 
@@ -67,7 +67,7 @@ def begin_session(page: PageDep, typed: TypedDep) -> Response:
 
 
 def _machines(page: Page) -> tuple[StoredMachine, ...]:
-    return machines.find(page.work, MOST_LISTED, 0)
+    return machines.find(page.work, MAX_LISTED, 0)
 
 
 def _known(
@@ -91,7 +91,7 @@ def _opening(page: Page, form: Form, status: int = 200) -> HTMLResponse:
         status=status,
         form=form,
         machines=found,
-        boxes=catalogues.find(page.work, MOST_LISTED, 0),
+        boxes=catalogues.find(page.work, MAX_LISTED, 0),
         known=known,
         places=[] if known is None else as_found.places(page, known),
         may=as_found.MAY,
@@ -118,7 +118,7 @@ def show_step(page: PageDep, session_id: Key, step: str) -> Response:
 def choose_box(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
     """Give the session its box of stock masses."""
     form = Form(typed, page.preferences)
-    box = form.choice("catalogue_id", [one.id for one in catalogues.find(page.work, steps.MOST_BOXES, 0)])
+    box = form.choice("catalogue_id", [one.id for one in catalogues.find(page.work, steps.MAX_BOXES, 0)])
     if box is None:
         return steps.show(page, guide, form=form, status=422)
     return changed(page, guide, typed, SessionPatch(catalogue_id=box))
@@ -133,7 +133,7 @@ def close_session(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
 def changed(page: Page, guide: Guide, typed: dict[str, str], patch: SessionPatch) -> Response:
     """The session with a change, shown where it stands then."""
 
-    def change(work: Work) -> str:
+    def change(work: AppContext) -> str:
         return f"/sessions/{sessions.change(work, guide.session.id, patch).id}"
 
     try:

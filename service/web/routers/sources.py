@@ -13,7 +13,7 @@ from service.web.rendering import Page, PageDep
 
 router = APIRouter(prefix="/sources")
 
-MOST_LISTED = 200
+MAX_LISTED = 200
 FRESH_S = 10.0
 
 
@@ -38,7 +38,7 @@ def mount_source(page: PageDep, typed: TypedDep) -> Response:
 
 
 def _sources(page: Page, form: Form, status: int = 200) -> HTMLResponse:
-    listed = machines.find(page.work, MOST_LISTED, 0)
+    listed = machines.find(page.work, MAX_LISTED, 0)
     names = {machine.id: machine.name for machine in listed}
     now = page.work.now()
     found = []

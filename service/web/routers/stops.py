@@ -13,7 +13,7 @@ from service.errors import DrumtrueError
 from service.model.plan import ActualPlacement
 from service.model.run import MassOnRotor
 from service.model.stop import Stop, StopPurpose, StopRequest
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.sessions import stops
 from service.web.form_guard import done_in
 from service.web.forms import Form, TypedDep
@@ -35,7 +35,7 @@ DOUBTS: dict[Doubt, str] = {
     "mass_above_suggested": N_("Really %(mass)s? That is more than three times the usual. It pulls with %(force)s."),
     "mass_below_suggested": N_("Really %(mass)s? That is less than a third of the usual: it may show nothing."),
 }
-MOST_G = 1e5
+MAX_G = 1e5
 PURPOSES: dict[str, StopPurpose] = {"trial": "trial", "plan": "plan", "bare": "bare"}
 
 
@@ -66,7 +66,7 @@ def trial_mass_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) 
     """The trial mass as it was really bolted on, and whether the one before is off."""
     form = Form(typed, page.preferences)
     plane = guide.stop.plane if guide.stop is not None else None
-    grams = form.number("masses.mass_g", above=0.0, high=MOST_G, unit=page.display.mass_unit())
+    grams = form.number("masses.mass_g", above=0.0, high=MAX_G, unit=page.display.mass_unit())
     angle = form.angle("masses.angle_deg")
     kept = guide.on_rotor if form.ticked("keep") else _carried(guide)
     if not form.ok or grams is None or angle is None or plane is None:
@@ -121,8 +121,8 @@ def _ticked(page: Page, typed: dict[str, str], names: tuple[str, ...]) -> Form:
     return form
 
 
-def _then(page: Page, guide: Guide, typed: dict[str, str], form: Form, verb: Callable[[Work], Stop]) -> Response:
-    def act(work: Work) -> str:
+def _then(page: Page, guide: Guide, typed: dict[str, str], form: Form, verb: Callable[[AppContext], Stop]) -> Response:
+    def act(work: AppContext) -> str:
         verb(work)
         return f"/sessions/{guide.session.id}"
 
@@ -164,9 +164,9 @@ def _actual(page: Page, guide: Guide, form: Form) -> tuple[ActualPlacement, ...]
         if form.ticked(f"{where}.left_out"):
             continue
         angle = form.angle(f"{where}.position_deg")
-        grams = form.number(f"{where}.mass_g", above=0.0, high=MOST_G)
+        grams = form.number(f"{where}.mass_g", above=0.0, high=MAX_G)
         weighed = form.number(
-            f"{where}.weighed_g", above=0.0, high=MOST_G, unit=page.display.mass_unit(), required=False
+            f"{where}.weighed_g", above=0.0, high=MAX_G, unit=page.display.mass_unit(), required=False
         )
         if angle is not None and grams is not None:
             out.append(ActualPlacement(plane=piece.plane, position_deg=angle, mass_g=grams, weighed_g=weighed))

@@ -15,7 +15,7 @@ from starlette.concurrency import run_in_threadpool
 from service.engine.validation import highest_speed
 from service.errors import Unavailable
 from service.messages import Message
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.runtime.shared_feed import feeds_of
 from service.usecases.sessions import live
 from service.usecases.sessions.live import Live
@@ -29,10 +29,10 @@ from service.web.session.steps import scales
 router = APIRouter(prefix="/sessions/{session_id}")
 
 INTERVAL_S = 0.5
-LONGEST_S = 3600.0
+MAX_S = 3600.0
 WAKE_S = 1.0
 """So often a stream looks whether its client is still there."""
-MOST_STREAMS = 64
+MAX_STREAMS = 64
 FRESH_S = 4.0
 """A reading measured longer ago, by the service's clock, is stale: a source delivers each second or faster."""
 UNKNOWN = "clock_unknown"
@@ -44,8 +44,8 @@ async def follow_page(request: Request, page: LongPageDep, session_id: Key) -> S
     """Server-sent events `now`: every half second, changed or not, so that silence means a lost link."""
     await run_in_threadpool(look, page.work, session_id)
     state = request.app.state
-    if getattr(state, "page_streams", 0) >= MOST_STREAMS:
-        raise Unavailable(Message("too_many_streams.pages", most=MOST_STREAMS))
+    if getattr(state, "page_streams", 0) >= MAX_STREAMS:
+        raise Unavailable(Message("too_many_streams.pages", most=MAX_STREAMS))
     return StreamingResponse(
         _events(request, page, session_id),
         media_type="text/event-stream",
@@ -59,7 +59,7 @@ async def _events(request: Request, page: Page, session_id: str) -> AsyncIterato
     begun, version = page.work.monotonic(), 0
     try:
         async with feeds_of(state).following(("page", session_id), lambda: _looks(page.work, session_id)) as feed:
-            while page.work.monotonic() - begun < LONGEST_S:
+            while page.work.monotonic() - begun < MAX_S:
                 if (now := await feed.next(version, WAKE_S)) != version:
                     version = now
                     yield await run_in_threadpool(feed.value.event, page)
@@ -69,14 +69,14 @@ async def _events(request: Request, page: Page, session_id: str) -> AsyncIterato
         state.page_streams -= 1
 
 
-async def _looks(work: Work, session_id: str) -> AsyncGenerator[_Look]:
+async def _looks(work: AppContext, session_id: str) -> AsyncGenerator[_Look]:
     """The session and its live values, each half second, without end."""
     while True:
         yield await run_in_threadpool(_look, work, session_id)
         await asyncio.sleep(INTERVAL_S)
 
 
-def _look(work: Work, session_id: str) -> _Look:
+def _look(work: AppContext, session_id: str) -> _Look:
     guide = look(work, session_id)
     now = live.look(work, session_id, guide.turning_since)
     age = inf if now.measured_at is None else (work.now() - now.measured_at).total_seconds()

@@ -15,7 +15,7 @@ from service.web.session.guide import holes
 PIECES = 6
 """Rows of the form; what is on a drum beyond them stays, and is part of it."""
 MAY = {"stay": N_("stays"), "move": N_("may be moved"), "remove": N_("may be taken off")}
-MOST_G, MOST_AMPLITUDE = 1e5, 1e6
+MAX_G, MAX_AMPLITUDE = 1e5, 1e6
 
 
 def places(page: Page, machine: Machine) -> list[tuple[str, str]]:
@@ -40,7 +40,7 @@ def _pieces(page: Page, form: Form, machine: Machine) -> Iterator[AsFoundPiece]:
         if not form.value(f"{where}.place") and not form.value(f"{where}.mass_g").strip():
             continue
         place = form.choice(f"{where}.place", known)
-        grams = form.number(f"{where}.mass_g", above=0.0, high=MOST_G, unit=page.display.mass_unit())
+        grams = form.number(f"{where}.mass_g", above=0.0, high=MAX_G, unit=page.display.mass_unit())
         may = form.choice(f"{where}.may", MAY, required=False) or "stay"
         if form.ok and place is not None and grams is not None:
             plane, at = place.split()
@@ -56,7 +56,7 @@ def read_run_out(page: Page, form: Form, machine: Machine) -> tuple[RunOut, ...]
         if not form.value(f"{where}.amplitude").strip() and not form.value(f"{where}.phase_deg").strip():
             continue
         unit = page.display.amplitude_unit(sensor)
-        amplitude = form.number(f"{where}.amplitude", low=0.0, high=MOST_AMPLITUDE, unit=unit)
+        amplitude = form.number(f"{where}.amplitude", low=0.0, high=MAX_AMPLITUDE, unit=unit)
         phase = form.angle(f"{where}.phase_deg")
         if form.ok and amplitude is not None and phase is not None:
             out.append(RunOut(sensor=sensor.name, amplitude=amplitude, phase_deg=phase))

@@ -16,7 +16,7 @@ from service.model.plan import Plan
 from service.model.run import MassOnRotor, Run
 from service.model.session import Session
 from service.model.stop import Stop
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.sessions import reports, sessions, stops
 from service.web.language import N_
 
@@ -177,7 +177,7 @@ class Guide:
         return "done" if before else "later"
 
 
-def look(work: Work, session_id: str) -> Guide:
+def look(work: AppContext, session_id: str) -> Guide:
     """A session as it stands. Raises NotFound."""
     return Guide(sessions.get(work, session_id), stops.of(work, session_id))
 

@@ -33,7 +33,7 @@ from service.web.session.guide import STEPS, TITLES, Guide, holes
 from service.web.session.moves import Move, force, moves
 from service.web.session.refused_form import Kept, kept
 
-MOST_BOXES = 200
+MAX_BOXES = 200
 RUN_STEPS = frozenset({"initial", "trial", "check"})
 """Steps that a run is taken in."""
 
@@ -224,7 +224,7 @@ def _plan(page: Page, guide: Guide) -> dict[str, Any]:
     return {
         "plan": guide.plan or (made[-1] if made else None),
         "box": box_of(page, guide),
-        "boxes": [] if guide.session.catalogue_id else catalogues.find(page.work, MOST_BOXES, 0),
+        "boxes": [] if guide.session.catalogue_id else catalogues.find(page.work, MAX_BOXES, 0),
         "correction": guide.correction,
         "expected": _of_alternatives(page, guide),
         "objectives": _objectives(guide),

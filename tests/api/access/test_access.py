@@ -21,7 +21,7 @@ from service.model.base import read_json
 from service.model.machine import Machine
 from service.model.session import SessionRequest
 from service.usecases.access import logins, tokens
-from service.usecases.access.login_throttle import MOST, WINDOW_S, Attempts
+from service.usecases.access.login_throttle import MOST, WINDOW_S, LoginThrottle
 from service.usecases.access.tokens import Principal
 from service.usecases.machines import machines
 from service.usecases.sessions import sessions
@@ -75,7 +75,7 @@ class Guarded:
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
     with workshop(f"sqlite:///{tmp_path_factory.mktemp('access') / 'drumtrue.db'}") as shop:
         minutes = iter(range(0, 10_000_000, 100))
-        application().state.attempts = Attempts(lambda: float(next(minutes)))  # nobody is ever too fast
+        application().state.attempts = LoginThrottle(lambda: float(next(minutes)))  # nobody is ever too fast
         by_scope = {scope: tokens.create(shop.work, scope, [scope])[1] for scope in SCOPES}
         revoked = tokens.create(shop.work, "revoked", SCOPES)[1]
         tokens.revoke(shop.work, "revoked")
@@ -274,7 +274,7 @@ def machine_in(shop: Workshop) -> str:
 def test_too_many_bad_tokens_from_one_address_wait(shop: Workshop) -> None:
     tokens.create(shop.work, "bridge 1", ["read"])
     watch = StopWatch()
-    application().state.attempts = Attempts(watch)
+    application().state.attempts = LoginThrottle(watch)
 
     def ask(text: str) -> Any:
         return shop.client.get("/api/v1/machines", headers={"authorization": f"Bearer {text}"})
@@ -292,7 +292,7 @@ def test_too_many_bad_tokens_from_one_address_wait(shop: Workshop) -> None:
 def test_a_good_token_always_passes_whatever_others_try_for_it_or_from_its_address(shop: Workshop) -> None:
     _, good = tokens.create(shop.work, "bridge 1", ["read"])
     watch = StopWatch()
-    application().state.attempts = Attempts(watch)
+    application().state.attempts = LoginThrottle(watch)
 
     def ask(text: str) -> int:
         return int(shop.client.get("/api/v1/machines", headers={"authorization": f"Bearer {text}"}).status_code)
@@ -306,7 +306,7 @@ def test_a_good_token_always_passes_whatever_others_try_for_it_or_from_its_addre
 
 def test_too_many_guesses_at_one_token_wait_whatever_their_address() -> None:
     watch = StopWatch()
-    attempts = Attempts(watch)
+    attempts = LoginThrottle(watch)
 
     def guess(address: str, text: str) -> str:
         def refuse() -> None:

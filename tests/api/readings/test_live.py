@@ -139,7 +139,7 @@ def test_an_unknown_session_is_a_problem_not_a_stream(stage: Stage) -> None:
 
 
 def test_there_are_only_so_many_streams(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(router, "MOST_STREAMS", 1)
+    monkeypatch.setattr(router, "MAX_STREAMS", 1)
     with stage.api.stream("GET", f"/sessions/{stage.session}/live") as one:
         lines = one.iter_lines()
         next(lines)

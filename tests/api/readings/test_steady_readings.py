@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from db.database import Database
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.sessions.log_import import import_one, read_whole_log
 from tests.support.http.workshop import Workshop, work_over
 from tests.support.storage.engines import Engine
@@ -58,7 +58,7 @@ def sent(shop: Workshop, machine: str, readings: Sequence[tuple[float, float | N
 
 
 @pytest.fixture(scope="module")
-def elsewhere(engine: Engine, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Work]:
+def elsewhere(engine: Engine, tmp_path_factory: pytest.TempPathFactory) -> Iterator[AppContext]:
     """Another service's storage."""
     url = engine.migrated(tmp_path_factory.mktemp("elsewhere"))
     work = work_over(Database(url))
@@ -67,7 +67,9 @@ def elsewhere(engine: Engine, tmp_path_factory: pytest.TempPathFactory) -> Itera
     engine.drop(url)
 
 
-def test_a_run_of_any_steady_readings_is_read_and_exported_and_closed(shared_shop: Workshop, elsewhere: Work) -> None:
+def test_a_run_of_any_steady_readings_is_read_and_exported_and_closed(
+    shared_shop: Workshop, elsewhere: AppContext
+) -> None:
     shop = shared_shop
     machine, box = shop.machine(), shop.box()
 

@@ -14,7 +14,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from sqlalchemy.exc import IntegrityError
 
 from service.model.stock import ReserveRequest
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases.plans import reservations
 from tests.api.test_two_tablets import at_once, fitting
 from tests.support.http.workshop import Workshop, workshop
@@ -173,7 +173,7 @@ def test_held_pieces_cannot_be_withdrawn_but_may_be_counted_away(shop: Workshop)
     shop.refused("POST", f"/plans/{first['id']}/fitted", {}, 409, "out_of_stock")
 
 
-def reserving(plan_id: str) -> Callable[[Work], object]:
+def reserving(plan_id: str) -> Callable[[AppContext], object]:
     """Reserve this plan."""
     return lambda work: reservations.reserve(work, plan_id, ReserveRequest()).state
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from service.balancing.influence.analysis import analyse
-from service.balancing.influence.corrections import Wishes, least_squares
-from service.balancing.influence.diagnosis.findings import Circumstances
+from service.balancing.influence.corrections import CorrectionOptions, least_squares
+from service.balancing.influence.diagnosis.findings import RunConditions
 from service.balancing.influence.fit import RunSet
 from service.balancing.rotor.labels import Labels
 from service.balancing.rotor.phasors import ComplexArray
@@ -34,10 +34,10 @@ def test_several_speeds_are_several_rows() -> None:
     runs, A, v0 = two_speeds(np.random.default_rng(0))
     nominal = np.array([460.0, 460.0, 900.0, 900.0])
     speed = np.where(np.isnan(runs.vibration), np.nan, nominal)
-    for known in (Circumstances(speed_rpm=speed, nominal_rpm=nominal), Circumstances(speed_rpm=speed)):
+    for known in (RunConditions(speed_rpm=speed, nominal_rpm=nominal), RunConditions(speed_rpm=speed)):
         assert analyse(runs, circumstances=known).findings == ()
     speed[4] *= 1.04
-    analysis = analyse(runs, circumstances=Circumstances(speed_rpm=speed, nominal_rpm=nominal))
+    analysis = analyse(runs, circumstances=RunConditions(speed_rpm=speed, nominal_rpm=nominal))
     assert [(finding.code, finding.runs) for finding in analysis.findings] == [("speed_drift", (4,))]
     assert np.abs(analysis.fit.influence - A).max() < 0.002
     expected = np.linalg.lstsq(A, -v0, rcond=None)[0]
@@ -56,7 +56,7 @@ def test_a_lost_reading_is_survived_without_a_warning(stated: bool) -> None:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 analysis = analyse(
-                    runs, Wishes(weights=np.ones(3)), circumstances=Circumstances(overall=np.ones((3, 3)))
+                    runs, CorrectionOptions(weights=np.ones(3)), circumstances=RunConditions(overall=np.ones((3, 3)))
                 )
             assert [f.sensors for f in analysis.findings if f.code == "sensor_incomplete"] == [(s,)]
             assert np.isfinite(analysis.correction.masses).all()
@@ -122,6 +122,6 @@ def test_minimax_is_a_method_of_its_own() -> None:
 def test_one_measured_speed_that_is_not_the_nominal_one_is_warned_of(measured_rpm: float, warned: bool) -> None:
     vibration = np.array([[5.0 + 1.0j], [4.0 + 2.0j]])
     runs = RunSet(np.array([[0.0j], [12.0 + 0.0j]]), vibration, np.full((2, 1), 0.05))
-    known = Circumstances(speed_rpm=np.array([[np.nan], [measured_rpm]]), nominal_rpm=np.array([1500.0]))
+    known = RunConditions(speed_rpm=np.array([[np.nan], [measured_rpm]]), nominal_rpm=np.array([1500.0]))
     codes = [finding.code for finding in analyse(runs, circumstances=known).findings]
     assert ("speed_off_nominal" in codes) == warned

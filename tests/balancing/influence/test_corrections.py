@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.balancing.influence.corrections import Wishes, least_squares, minimax
+from service.balancing.influence.corrections import CorrectionOptions, least_squares, minimax
 from service.balancing.influence.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
@@ -117,7 +117,7 @@ def test_minimax_is_proved_by_its_dual(seed: int, planes: int, extra: int, limit
     w = rng.uniform(0.3, 3.0, planes + extra)
     free = least_squares(fit, w)
     limit = np.abs(free.masses) * rng.uniform(0.3, 1.5, planes) if limited else None
-    best = minimax(fit, w, Wishes(max_mass=limit))
+    best = minimax(fit, w, CorrectionOptions(max_mass=limit))
     residual = w * np.abs(best.predicted.vibration)
     assert residual.max() == pytest.approx(best.objective)
     assert best.objective - best.lower_bound <= 1e-6 * best.objective
@@ -133,7 +133,7 @@ def test_no_nearby_masses_beat_a_limited_correction(seed: int, planes: int) -> N
     fit = random_fit(rng, planes, planes + 2)
     limit = np.abs(least_squares(fit).masses) * rng.uniform(0.3, 0.9, planes)
     for method, order in ((least_squares, 2), (minimax, np.inf)):
-        best = method(fit, None, Wishes(max_mass=limit))
+        best = method(fit, None, CorrectionOptions(max_mass=limit))
         tried = best.masses + normal(rng, 300, planes) * limit * 10.0 ** rng.uniform(-4, 0, (300, 1))
         tried *= np.minimum(1.0, limit / np.abs(tried))
         residuals = np.abs(fit.initial + tried @ fit.influence.T)
@@ -149,7 +149,7 @@ def test_minimax_reaches_zero_where_the_planes_suffice() -> None:
 @given(seeds, st.floats(0.0, 1.0))
 def test_damping_trades_mass_for_residual(seed: int, damping: float) -> None:
     fit = random_fit(np.random.default_rng(seed), 2, 4)
-    plain, damped = least_squares(fit), least_squares(fit, None, Wishes(damping=damping))
+    plain, damped = least_squares(fit), least_squares(fit, None, CorrectionOptions(damping=damping))
     assert np.linalg.norm(damped.masses) <= np.linalg.norm(plain.masses) + 1e-12
     assert damped.objective >= plain.objective - 1e-12
     ridge = damping * np.linalg.svd(fit.influence, compute_uv=False)[0]
@@ -161,7 +161,7 @@ def test_covariance_of_a_damped_and_restricted_correction_matches_repeated_exper
     rng = np.random.default_rng(11)
     A, v0 = normal(rng, 4, 3), normal(rng, 4)
     masses = trial_plan(np.ones(3))
-    wishes = Wishes(damping=0.3, planes=(0, 2), held=np.array([9.0, 0.4j, 9.0]))
+    wishes = CorrectionOptions(damping=0.3, planes=(0, 2), held=np.array([9.0, 0.4j, 9.0]))
     truth = least_squares(fit_influence(measured(A, v0, masses, scatter=0.01)), None, wishes)
     answers = np.array(
         [least_squares(fit, None, wishes).masses for fit in fits_of_repeated(A, v0, masses, rng, 0.01, 3000)]
@@ -176,7 +176,7 @@ def test_covariance_of_a_damped_and_restricted_correction_matches_repeated_exper
 def test_restricted_planes_are_those_of_a_smaller_rotor(seed: int) -> None:
     fit = random_fit(np.random.default_rng(seed), 3, 4)
     held = np.array([0.0, 0.5 - 0.2j, 0.0])
-    found = least_squares(fit, None, Wishes(planes=(0, 2), held=held))
+    found = least_squares(fit, None, CorrectionOptions(planes=(0, 2), held=held))
     rest = np.linalg.lstsq(fit.influence[:, [0, 2]], -(fit.initial + fit.influence @ held), rcond=None)[0]
     np.testing.assert_allclose(found.masses, [rest[0], held[1], rest[1]], atol=1e-9)
 
@@ -186,24 +186,26 @@ def test_parts_mounted_later_are_allowed_for(seed: int) -> None:
     fit = random_fit(np.random.default_rng(seed), 2, 3)
     later = np.array([0.7j, -0.3 + 0j])
     np.testing.assert_allclose(
-        least_squares(fit, None, Wishes(mounted_later=later)).masses, least_squares(fit).masses - later, atol=1e-9
+        least_squares(fit, None, CorrectionOptions(mounted_later=later)).masses,
+        least_squares(fit).masses - later,
+        atol=1e-9,
     )
 
 
 @pytest.mark.parametrize(
     ("wishes", "message"),
     [
-        (Wishes(max_mass=np.array([1.0])), "max_mass must be 2"),
-        (Wishes(max_mass=np.array([1.0, 0.0])), "above 0"),
-        (Wishes(planes=()), "at least one of 0 to 1"),
-        (Wishes(planes=(0, 2)), "at least one of 0 to 1"),
-        (Wishes(held=np.array([np.nan, 0j])), "held must be 2 finite"),
-        (Wishes(mounted_later=np.array([1j])), "mounted_later must be 2"),
-        (Wishes(damping=-0.1), "damping must be"),
-        (Wishes(damping=0.1), r"damping must not be stated with minimax, got 0\.1"),
+        (CorrectionOptions(max_mass=np.array([1.0])), "max_mass must be 2"),
+        (CorrectionOptions(max_mass=np.array([1.0, 0.0])), "above 0"),
+        (CorrectionOptions(planes=()), "at least one of 0 to 1"),
+        (CorrectionOptions(planes=(0, 2)), "at least one of 0 to 1"),
+        (CorrectionOptions(held=np.array([np.nan, 0j])), "held must be 2 finite"),
+        (CorrectionOptions(mounted_later=np.array([1j])), "mounted_later must be 2"),
+        (CorrectionOptions(damping=-0.1), "damping must be"),
+        (CorrectionOptions(damping=0.1), r"damping must not be stated with minimax, got 0\.1"),
     ],
 )
-def test_wishes_out_of_range_are_refused(wishes: Wishes, message: str) -> None:
+def test_wishes_out_of_range_are_refused(wishes: CorrectionOptions, message: str) -> None:
     fit = random_fit(np.random.default_rng(0), 2, 2)
     with pytest.raises(NumericsError, match=message):
         minimax(fit, None, wishes)

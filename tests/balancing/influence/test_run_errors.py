@@ -9,7 +9,7 @@ from service.balancing.influence.corrections import least_squares
 from service.balancing.influence.fit import KNOWN_SCATTER, RunSet, fit_influence
 from service.balancing.influence.run_errors import (
     CONTRADICT,
-    LEAST_DOF,
+    MIN_DOF,
     REPEATABILITY,
     Errors,
     Pieces,
@@ -118,7 +118,7 @@ def test_lucky_runs_do_not_make_a_machine_exact_and_wrong_ones_teach_nothing() -
     runs = RunSet(np.zeros((2, 1), complex), np.array([[1.0 + 0j], [1.0 + 0j]]), np.full((2, 1), np.nan))
     found = repeats_of(runs)
     assert found == Repeats(0.0, 2)
-    assert learned((found,)).share == pytest.approx(REPEATABILITY * np.sqrt(LEAST_DOF / (LEAST_DOF + 2)))
+    assert learned((found,)).share == pytest.approx(REPEATABILITY * np.sqrt(MIN_DOF / (MIN_DOF + 2)))
     wrong = RunSet(runs.masses, np.array([[1.0 + 0j], [1.0 + 1.5 * CONTRADICT]]), runs.scatter)
     assert repeats_of(wrong).dof == 0
     assert learned(()) == Repeats(REPEATABILITY, 0)

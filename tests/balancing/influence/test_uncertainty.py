@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivers.simulator.spec import FittedMass, Scatter, true_readings
-from service.balancing.influence.corrections import Wishes, least_squares, minimax
+from service.balancing.influence.corrections import CorrectionOptions, least_squares, minimax
 from service.balancing.influence.fit import KNOWN_SCATTER, InfluenceFit, amplitude_interval, fit_influence
 from service.balancing.influence.uncertainty import (
     ellipses,
@@ -122,7 +122,7 @@ def test_resampling_serves_minimax_and_respects_its_limits() -> None:
     fit = fit_influence(measured(A, v0, trial_plan(np.array([50.0, 50.0j])), scatter=0.01))
     assert np.isnan(minimax(fit).covariance).all()
     free = resampled_covariance(fit, lambda one: minimax(one).masses, rng, draws=100)
-    limits = Wishes(max_mass=0.5 * np.abs(minimax(fit).masses))
+    limits = CorrectionOptions(max_mass=0.5 * np.abs(minimax(fit).masses))
     held = resampled_covariance(fit, lambda one: minimax(one, None, limits).masses, rng, draws=100)
     assert 0.0 < np.trace(held) < np.trace(free)
     unstated = fit_influence(measured(A, v0, trial_plan(np.array([50.0, 50.0j]))))

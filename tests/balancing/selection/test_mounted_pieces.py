@@ -10,7 +10,13 @@ import pytest
 from service.balancing.selection.brute_force import solve_exhaustive
 from service.balancing.selection.exact.search import solve_exact
 from service.balancing.selection.jaya import solve_jaya
-from service.balancing.selection.mounted_pieces import FittedPiece, May, placement_uncertainty, position_at, with_fitted
+from service.balancing.selection.mounted_pieces import (
+    May,
+    MountedPiece,
+    placement_uncertainty,
+    position_at,
+    with_fitted,
+)
 from service.balancing.selection.objectives import components, evaluate
 from service.balancing.selection.placements import broken_limit
 from service.balancing.selection.problem import Piece, SelectionPlane, SelectionProblem
@@ -27,8 +33,8 @@ def problem(target: complex, counts: int = 1) -> SelectionProblem:
     return SelectionProblem(objective, (plane(FOUR, 2, capacity=1),), stock((10.0, 30.0), counts=counts))
 
 
-def at(position: int, mass: float, may: May) -> FittedPiece:
-    return FittedPiece(0, float(FOUR[position]), mass, may)
+def at(position: int, mass: float, may: May) -> MountedPiece:
+    return MountedPiece(0, float(FOUR[position]), mass, may)
 
 
 def test_a_piece_that_must_stay_takes_its_position_and_counts() -> None:
@@ -92,7 +98,7 @@ def test_solvers_agree_with_pieces_on_the_rotor(kind: str) -> None:
         bare = random_problem(kind, 700 + seed)
         first: SelectionPlane = bare.planes[0]
         choices: tuple[tuple[int, float, May], ...] = ((0, 25.0, "remove"), (1, 35.0, "move"))
-        fitted = [FittedPiece(0, float(first.angles[h]), mass, may) for h, mass, may in choices]
+        fitted = [MountedPiece(0, float(first.angles[h]), mass, may) for h, mass, may in choices]
         stated = with_fitted(bare, fitted, in_offset=bool(rng.integers(2)), tolerance=TOLERANCE)
         judge = solve_exhaustive(stated.problem, most=10**7)
         found = solve_exact(stated.problem)
@@ -111,9 +117,9 @@ def test_angles_that_are_no_position_are_refused() -> None:
     ):
         position_at(one, float(np.deg2rad(45.0)), TOLERANCE)
     with pytest.raises(NumericsError, match="a mounted piece must be in one of 1 planes, got plane 3"):
-        with_fitted(problem(1j), [FittedPiece(3, 0.0, 1.0, "stay")], in_offset=True, tolerance=TOLERANCE)
+        with_fitted(problem(1j), [MountedPiece(3, 0.0, 1.0, "stay")], in_offset=True, tolerance=TOLERANCE)
     with pytest.raises(NumericsError, match="a mounted piece must have a mass above 0, got 0 g"):
-        with_fitted(problem(1j), [FittedPiece(0, 0.0, 0.0, "stay")], in_offset=True, tolerance=TOLERANCE)
+        with_fitted(problem(1j), [MountedPiece(0, 0.0, 0.0, "stay")], in_offset=True, tolerance=TOLERANCE)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from drivers.clock import ManualClock
 from drivers.errors import InvalidSetting, PortUnavailable
 from drivers.simulator.control_schema import COMMANDS
-from drivers.simulator.control_server import MOST_BYTES, ControlPort
+from drivers.simulator.control_server import MAX_BYTES, ControlPort
 from drivers.simulator.drum_driver import Faults, FittedMass, LooseMass, SimulatedDrum, threshing_drum_example
 from drivers.simulator.rotor import Bend
 
@@ -101,7 +101,7 @@ class TestRefusals:
             ("/new-run", b"[1]", 422, "must be empty"),
             ("/state", b"{}", 405, "use GET"),
             ("/", b"{}", 404, "use GET /state, PUT /masses"),
-            ("/masses", b" " * (MOST_BYTES + 1), 413, "is too large"),
+            ("/masses", b" " * (MAX_BYTES + 1), 413, "is too large"),
         ],
     )
     def test_a_bad_request_is_named_and_changes_nothing(

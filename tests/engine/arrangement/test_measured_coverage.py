@@ -13,7 +13,7 @@ import numpy as np
 from service.balancing.rotor.phasors import ComplexArray
 from service.engine import arrangement as engine
 from service.engine.correction_solver import solve_correction
-from service.engine.selection_problem import Ground as MeasuredGround
+from service.engine.selection_problem import PlanContext as MeasuredGround
 from service.model.arrangement import ArrangementRequest
 from service.model.base import read_json
 from service.model.correction import CorrectionRequest
@@ -75,7 +75,9 @@ def _held(seed: int) -> list[bool]:
         ),
     )
     inputs = PlanInputs(counts=(), present=(), version="test")
-    ground = engine.Ground(request.places or (), MACHINE, MeasuredGround(MACHINE, (), runs, (), (), correction, inputs))
+    ground = engine.ArrangementContext(
+        request.places or (), MACHINE, MeasuredGround(MACHINE, (), runs, (), (), correction, inputs)
+    )
     made = engine.answer(
         ground,
         request,

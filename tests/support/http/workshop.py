@@ -24,9 +24,9 @@ from db.rows import Base
 from drivers.clock import ManualClock
 from service import bootstrap
 from service.app import PREFIX, create_app
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.settings import Settings
-from service.usecases.access.login_throttle import Attempts
+from service.usecases.access.login_throttle import LoginThrottle
 from service.web import form_tokens
 
 HERE = "http://localhost"
@@ -89,10 +89,10 @@ def counting_ids() -> Iterator[str]:
     return (f"id-{number:04}" for number in itertools.count(1))
 
 
-def work_over(database: Database, now: Ticking | None = None) -> Work:
+def work_over(database: Database, now: Ticking | None = None) -> AppContext:
     """A work whose clock, identifiers and stop-watch are the same in every run of the tests."""
     ids, seconds = counting_ids(), itertools.count()
-    return Work(
+    return AppContext(
         database=database,
         now=now or Ticking(),
         new_id=lambda: next(ids),
@@ -178,7 +178,7 @@ def box_body(name: str = "box", count: int | None = 10, masses: Sequence[float] 
 class Workshop:
     """The service seen through its API, and the drum on which it is tried."""
 
-    def __init__(self, client: TestClient, work: Work, now: Ticking, watch: StopWatch) -> None:
+    def __init__(self, client: TestClient, work: AppContext, now: Ticking, watch: StopWatch) -> None:
         self.client = client
         self.work = work
         self.now = now
@@ -308,7 +308,7 @@ def workshop(url: str) -> Iterator[Workshop]:
     app = application()
     before = getattr(app.state, "work", None)
     watch = StopWatch()
-    app.state.work, app.state.attempts = work, Attempts(watch)
+    app.state.work, app.state.attempts = work, LoginThrottle(watch)
     try:
         yield Workshop(tablet(app), work, now, watch)
     finally:

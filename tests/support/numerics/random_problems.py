@@ -9,12 +9,12 @@ import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray
 from service.balancing.selection.brute_force import count_combinations
-from service.balancing.selection.mounted_pieces import FittedPiece, with_fitted
+from service.balancing.selection.mounted_pieces import MountedPiece, with_fitted
 from service.balancing.selection.objectives import bearing_force, components, residual_vibration
 from service.balancing.selection.problem import UNLIMITED, Objective, SelectionPlane, SelectionProblem, Stock
 
 KINDS = ("components", "bearing_force", "sum", "max", "rms")
-MOST_TRIED = 40_000
+MAX_TRIED = 40_000
 
 
 def random_problem(kind: str, seed: int) -> SelectionProblem:
@@ -25,7 +25,7 @@ def random_problem(kind: str, seed: int) -> SelectionProblem:
         problem = SelectionProblem(
             _objective(kind, rng, planes), tuple(_plane(rng) for _ in range(planes)), _stock(rng)
         )
-        if count_combinations(problem) <= MOST_TRIED:
+        if count_combinations(problem) <= MAX_TRIED:
             return problem
 
 
@@ -36,11 +36,11 @@ def fitted_problem(kind: str, seed: int) -> SelectionProblem:
         bare = random_problem(kind, int(rng.integers(2**31)))
         first = bare.planes[0].angles
         pieces = [
-            FittedPiece(0, float(first[hole]), float(rng.choice([10.0, 25.0, 50.0])), may)
+            MountedPiece(0, float(first[hole]), float(rng.choice([10.0, 25.0, 50.0])), may)
             for hole, may in enumerate(rng.permutation(["stay", "move", "remove"])[: int(rng.integers(1, 3))])
         ]
         whole = with_fitted(bare, pieces, in_offset=bool(rng.integers(2)), tolerance=0.01).problem
-        if count_combinations(whole) <= MOST_TRIED:
+        if count_combinations(whole) <= MAX_TRIED:
             return whole
 
 
@@ -68,7 +68,7 @@ def awkward_problem(kind: str, seed: int) -> SelectionProblem:
     else:
         objective = replace(objective, offset=1e6 * objective.offset)
     made = replace(bare, objective=objective, stock=stock)
-    return made if count_combinations(made) <= MOST_TRIED else awkward_problem(kind, seed + 1000 * len(AWKWARD))
+    return made if count_combinations(made) <= MAX_TRIED else awkward_problem(kind, seed + 1000 * len(AWKWARD))
 
 
 def _complex(rng: np.random.Generator, *shape: int) -> ComplexArray:

@@ -17,7 +17,7 @@ from service.model.base import adapter, write_json
 from service.model.machine import Catalogue, Machine
 from service.model.session import SessionPatch
 from service.model.stop import StopRequest
-from service.runtime.context import Work
+from service.runtime.context import AppContext
 from service.usecases import audit
 from service.usecases.machines import machines
 from service.usecases.sessions import log_import, sessions, stops
@@ -27,7 +27,7 @@ from tests.support.storage.engines import ENGINES, Engine, engine_named
 
 
 @pytest.fixture
-def other(engine: Engine, tmp_path: Path) -> Iterator[Work]:
+def other(engine: Engine, tmp_path: Path) -> Iterator[AppContext]:
     """A service elsewhere, over an empty database of the other engine."""
     (folder := tmp_path / "other").mkdir()
     elsewhere = engine_named(next(name for name in ENGINES if name != engine.name))
@@ -50,15 +50,17 @@ def lived_in(shop: Workshop) -> list[str]:
     return [closed, fitted, held]
 
 
-def texts(work: Work, keys: list[str]) -> list[str]:
+def texts(work: AppContext, keys: list[str]) -> list[str]:
     return [write_json(sessions.log(work, key)) for key in keys]
 
 
-def put(work: Work, logs: list[str]) -> log_import.Imported:
+def put(work: AppContext, logs: list[str]) -> log_import.Imported:
     return log_import.import_all(work, map(log_import.read_whole_log, logs))
 
 
-def test_there_and_back_they_are_what_they_were(shop: Workshop, other: Work, engine: Engine, tmp_path: Path) -> None:
+def test_there_and_back_they_are_what_they_were(
+    shop: Workshop, other: AppContext, engine: Engine, tmp_path: Path
+) -> None:
     keys = lived_in(shop)
     said = texts(shop.work, keys)
     assert put(other, said) == log_import.Imported(stored=3, known=0)
@@ -81,7 +83,7 @@ def test_there_and_back_they_are_what_they_were(shop: Workshop, other: Work, eng
     engine.drop(url)
 
 
-def test_the_history_tells_of_an_import_and_no_stock_moves(shop: Workshop, other: Work) -> None:
+def test_the_history_tells_of_an_import_and_no_stock_moves(shop: Workshop, other: AppContext) -> None:
     keys = lived_in(shop)
     put(other, texts(shop.work, keys))
     entries = audit.of_session(other, keys[0], 10, 0)
@@ -91,7 +93,7 @@ def test_the_history_tells_of_an_import_and_no_stock_moves(shop: Workshop, other
     assert (box.movements, box.holds, {item.on_hand for item in box.items}) == ((), (), {0})
 
 
-def test_an_imported_session_altered_behind_the_service_is_seen(shop: Workshop, other: Work) -> None:
+def test_an_imported_session_altered_behind_the_service_is_seen(shop: Workshop, other: AppContext) -> None:
     keys = lived_in(shop)
     put(other, texts(shop.work, keys[:1]))
     with other.database.engine.begin() as connection:
@@ -99,7 +101,7 @@ def test_an_imported_session_altered_behind_the_service_is_seen(shop: Workshop, 
     assert [finding.code for finding in audit.verify(other).findings] == ["session_altered"]
 
 
-def test_machine_and_box_are_found_by_name(shop: Workshop, other: Work) -> None:
+def test_machine_and_box_are_found_by_name(shop: Workshop, other: AppContext) -> None:
     keys = lived_in(shop)
     names = iter(("its-machine", "its-box"))
     there = replace(other, new_id=lambda: next(names))
@@ -116,7 +118,7 @@ def test_machine_and_box_are_found_by_name(shop: Workshop, other: Work) -> None:
     assert audit.verify(there).findings == ()
 
 
-def test_what_is_closed_stays_closed_and_what_is_open_goes_on(shop: Workshop, other: Work) -> None:
+def test_what_is_closed_stays_closed_and_what_is_open_goes_on(shop: Workshop, other: AppContext) -> None:
     closed, fitted, _held = keys = lived_in(shop)
     put(other, texts(shop.work, keys))
     with pytest.raises(Conflict, match="is closed"):
@@ -128,7 +130,7 @@ def test_what_is_closed_stays_closed_and_what_is_open_goes_on(shop: Workshop, ot
     assert audit.verify(other).findings == ()
 
 
-def test_of_a_file_with_one_bad_session_nothing_is_stored(shop: Workshop, other: Work) -> None:
+def test_of_a_file_with_one_bad_session_nothing_is_stored(shop: Workshop, other: AppContext) -> None:
     keys = lived_in(shop)
     first, second = texts(shop.work, keys[:2])
     with pytest.raises(Conflict, match="has an identifier under which something else is stored"):

@@ -67,7 +67,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Circumstances:
+class RunConditions:
     """What else is known of K runs and S sensors; None, nan or an empty tuple where it is not.
 
     speed_rpm: (K, S) measured. nominal_rpm: (S,) the speed that a row stands for. overall: (K, S) broadband value on
@@ -83,4 +83,4 @@ class Circumstances:
     bearing: tuple[str | None, ...] = ()
 
 
-NOTHING_ELSE = Circumstances()
+NOTHING_ELSE = RunConditions()

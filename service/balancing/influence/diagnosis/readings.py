@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from service.balancing.influence.diagnosis.findings import Circumstances, Finding
+from service.balancing.influence.diagnosis.findings import Finding, RunConditions
 from service.balancing.influence.fit import InfluenceFit, RunSet
 from service.balancing.rotor.phasors import FloatArray
 from service.messages import Message, Quantity
@@ -25,7 +25,7 @@ _RATIO = 3.0
 _QUARTER_TURN = np.radians(30.0)
 
 
-def examine(runs: RunSet, fit: InfluenceFit, known: Circumstances) -> list[Finding]:
+def examine(runs: RunSet, fit: InfluenceFit, known: RunConditions) -> list[Finding]:
     """Examine each sensor for silence, repetition and unsteadiness, and the runs for speed and cause."""
     amplitude = np.abs(runs.vibration)
     found = _dead(runs, fit, amplitude) + _unsteady(runs, amplitude)
@@ -80,7 +80,7 @@ def _unsteady(runs: RunSet, amplitude: FloatArray) -> list[Finding]:
     ]
 
 
-def _speed_drift(runs: RunSet, known: Circumstances) -> list[Finding]:
+def _speed_drift(runs: RunSet, known: RunConditions) -> list[Finding]:
     assert known.speed_rpm is not None  # noqa: S101
     speed = known.speed_rpm
     slowest = speed.min(axis=0)
@@ -109,7 +109,7 @@ def _speed_drift(runs: RunSet, known: Circumstances) -> list[Finding]:
     ]
 
 
-def _speed_off_nominal(runs: RunSet, known: Circumstances) -> list[Finding]:
+def _speed_off_nominal(runs: RunSet, known: RunConditions) -> list[Finding]:
     """Runs whose measured speed is not the nominal one, though they agree, or one alone was measured."""
     if known.nominal_rpm is None or known.speed_rpm is None:
         return []
@@ -127,7 +127,7 @@ def _speed_off_nominal(runs: RunSet, known: Circumstances) -> list[Finding]:
     ]
 
 
-def _not_1x(runs: RunSet, known: Circumstances, amplitude: FloatArray) -> list[Finding]:
+def _not_1x(runs: RunSet, known: RunConditions, amplitude: FloatArray) -> list[Finding]:
     assert known.overall is not None  # noqa: S101
     if (amplitude >= _SHARE_OF_1X * known.overall).all():
         return []
@@ -147,7 +147,7 @@ def _not_1x(runs: RunSet, known: Circumstances, amplitude: FloatArray) -> list[F
     ]
 
 
-def _directions(fit: InfluenceFit, known: Circumstances) -> list[Finding]:
+def _directions(fit: InfluenceFit, known: RunConditions) -> list[Finding]:
     """Compare directions at the same bearing: horizontal with vertical, axial with radial."""
     found = []
     count = len(known.direction)

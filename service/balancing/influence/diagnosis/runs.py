@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from service.balancing.influence.diagnosis.findings import Circumstances, Finding
+from service.balancing.influence.diagnosis.findings import Finding, RunConditions
 from service.balancing.influence.diagnosis.misfit import Misfit, improbable, misfit_of, worst_miss
 from service.balancing.influence.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.rotor.phasors import IntArray
@@ -26,7 +26,7 @@ _CHECK_MISSED_UNSTATED = 0.6
 _MIRROR = 0.1
 
 
-def examine(runs: RunSet, fit: InfluenceFit, known: Circumstances) -> list[Finding]:
+def examine(runs: RunSet, fit: InfluenceFit, known: RunConditions) -> list[Finding]:
     """Examine the runs against each other, against the model and against its mirror image."""
     found = _contradictions(runs)
     if len(runs.masses) == runs.masses.shape[1] + 1 or found:
@@ -92,7 +92,7 @@ def _mirrored(runs: RunSet, misfit: Misfit) -> Finding | None:
     )
 
 
-def _misfits(runs: RunSet, misfit: Misfit, known: Circumstances) -> list[Finding]:
+def _misfits(runs: RunSet, misfit: Misfit, known: RunConditions) -> list[Finding]:
     """Find the check run that missed its prediction, the one bad run, or that no single run is to blame."""
     name = runs.labels
     check = known.check if known.check is not None else np.zeros(len(runs.masses), dtype=bool)

@@ -27,12 +27,12 @@ FIRST_STEP, STEP = 1.3, 1.7
 """First level over the values of the problems before, and growth of the level of those that are not proved."""
 QUANTILE = 0.7
 """Part of the problems whose first level should be high enough."""
-MOST_ROUNDS = 12
-MOST_LISTED = 4_000_000
+MAX_ROUNDS = 12
+MAX_LISTED = 4_000_000
 """Rows and joint selections listed at a time."""
-MOST_LOOKED_AT = 50_000
+MAX_LOOKED_AT = 50_000
 """Rows of one plane that are looked at for one problem."""
-MOST_EACH = 200_000
+MAX_EACH = 200_000
 """Joint selections of one problem; the exact search is better at more."""
 
 
@@ -94,7 +94,7 @@ class _Found:
         above = np.full(len(which), max(FIRST_STEP * guess, 1e-12))
         self._compiled(which, objectives, systems, float(above[0]))
         left = np.flatnonzero(systems.solvable & ~self.proved[which])
-        for _ in range(MOST_ROUNDS):
+        for _ in range(MAX_ROUNDS):
             if not len(left) or stop():
                 break
             some = systems.taken(left)
@@ -131,7 +131,7 @@ class _Found:
             np.sqrt(np.stack([spread[:, 2 * p, 2 * p] for p in range(2)], axis=1)),
             level,
             STEP,
-            MOST_ROUNDS,
+            MAX_ROUNDS,
             grids[0],
             planes[0],
             grids[1],
@@ -158,13 +158,13 @@ class _Found:
         """Rate everything in the regions, and keep the best; (n,) which problems have too much in theirs."""
         lists = [_listed(plane, region, p) for p, plane in enumerate(self.shared.planes)]
         many = np.prod([listed.counts.astype(np.float64) for listed in lists], axis=0)
-        too_many = np.asarray((many > MOST_EACH) | np.any([listed.too_many for listed in lists], axis=0))
+        too_many = np.asarray((many > MAX_EACH) | np.any([listed.too_many for listed in lists], axis=0))
         many[too_many | ~region.some] = 0.0
         ends = np.cumsum(many)
         start = 0
         while start < len(many):
             done = ends[start - 1] if start else 0.0
-            stop = max(int(np.searchsorted(ends, done + MOST_LISTED, side="right")), start + 1)
+            stop = max(int(np.searchsorted(ends, done + MAX_LISTED, side="right")), start + 1)
             self._rate(numbers, objectives, lists, start + np.flatnonzero(many[start:stop]))
             start = stop
         return too_many
@@ -245,7 +245,7 @@ def _listed(plane: PlaneRows, region: Ellipsoids, p: int) -> _Listed:
     )
     whose, begin, end = table.windows(wanted, reading)
     looked_at = np.bincount(whose, weights=end - begin, minlength=len(wanted))
-    too_many = looked_at > MOST_LOOKED_AT
+    too_many = looked_at > MAX_LOOKED_AT
     kept = ~too_many[whose]
     whose, begin, many = whose[kept], begin[kept], (end - begin)[kept]
     at = np.repeat(np.arange(len(whose)), many)

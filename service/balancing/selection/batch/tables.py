@@ -17,7 +17,7 @@ from service.balancing.selection.problem import SelectionPlane, Stock
 
 Made = TypeVar("Made")
 
-MOST_ROWS = 3_000_000
+MAX_ROWS = 3_000_000
 """Selections of one plane that are listed."""
 
 
@@ -67,7 +67,7 @@ def shared_rows(planes: Sequence[SelectionPlane], stock: Stock) -> Shared | None
     """List everything that each plane can carry; None where that is too much, or some plane takes nothing."""
     placements = [placements_of(plane, stock) for plane in planes]
     if any(
-        not placed.none or not placed.most or many_of(placed, None, placed.most) > MOST_ROWS for placed in placements
+        not placed.none or not placed.most or many_of(placed, None, placed.most) > MAX_ROWS for placed in placements
     ):
         return None
     found: list[PlaneRows] = []

@@ -33,7 +33,7 @@ SMALLEST_UNIT = 1e-200
 """Objectives below this are as good as nothing; it divides them all the same."""
 NOTHING = 1e-30
 """Part of the greatest value below which a residual is none."""
-MOST_CUTS = 60
+MAX_CUTS = 60
 SLACK = 1e-9
 """Relative: what rounding may add to a bound that holds exactly."""
 
@@ -135,7 +135,7 @@ def _continuous_optimum(
             y = weight[:, None] * r
         outside = _cut(x, y, rows, reach)
         if outside is not None:
-            cuts = [*cuts[-MOST_CUTS:], outside]
+            cuts = [*cuts[-MAX_CUTS:], outside]
             continue
         best = min(best, (value, x), key=lambda pair: pair[0])
         if step % 4 == 0 or norm == "rms" or cuts:

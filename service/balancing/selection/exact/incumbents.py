@@ -20,7 +20,7 @@ TIE = 1e-9
 NOTHING = 1e-12
 """Part of the value without any piece below which a value is as good as zero."""
 BLOCK = 4096
-MOST_EQUALS = 4096
+MAX_EQUALS = 4096
 """Equals that are told apart by their pieces."""
 
 Key = tuple[float, float, float, float]
@@ -35,7 +35,7 @@ class Entry:
     value: float
 
 
-class Record:
+class Incumbents:
     """The `keep` best selections that were offered.
 
     scale: the objective without any piece. good_enough: values up to it are all equal, so that fewest pieces, least
@@ -78,7 +78,7 @@ class Record:
                 pieces, mass, scarcity = keys[2, at], sums[1][order[at]], sums[0][order[at]]
                 self.offer(joint.selection(int(good[at])), float(values[good[at]]), int(pieces), mass, scarcity)
                 taken, last = taken + 1, at
-            if taken >= self._keep + MOST_EQUALS:
+            if taken >= self._keep + MAX_EQUALS:
                 return
 
     def _grade(self, values: FloatArray) -> FloatArray:

@@ -17,11 +17,11 @@ from service.balancing.selection.problem import UNLIMITED, Piece, SelectionPlane
 
 FREE_PLANES = 2
 """Planes whose pieces are chosen anew together."""
-MOST_FREE = 6
+MAX_FREE = 6
 """Pieces a plane that are chosen anew."""
-FEWEST_ITEMS = 12
+MIN_ITEMS = 12
 """Items below which a box is not thinned any more."""
-MOST_HALVES = 200_000
+MAX_HALVES = 200_000
 """Selections of half as many pieces that a plane may have."""
 
 
@@ -55,7 +55,7 @@ def neighbourhood(
     planes = len(problem.planes)
     free_planes = set(rng.permutation(planes)[:FREE_PLANES].tolist())
     holes = max(len(plane.angles) for plane in problem.planes)
-    most = max(min(slots(plane, problem.stock), MOST_FREE) for plane in problem.planes)
+    most = max(min(slots(plane, problem.stock), MAX_FREE) for plane in problem.planes)
     free = int(rng.integers(max(most - 2, 1), most + 1))
     mass = effective_g(problem.stock)
     kept, start = [], []
@@ -91,7 +91,7 @@ def thinned(problem: SelectionProblem, selection: Selection, heaviest: float, st
     order = np.argsort(mass, kind="stable")
     light = order[mass[order] <= heaviest]
     order = light[::stride]
-    if len(order) == len(mass) or (stride > 1 and len(order) < FEWEST_ITEMS) or not len(order):
+    if len(order) == len(mass) or (stride > 1 and len(order) < MIN_ITEMS) or not len(order):
         return None
     used = np.array([piece.item for pieces in selection for piece in pieces], dtype=np.int64)
     items = np.unique(np.concatenate([order, used])).astype(np.int64)
@@ -106,9 +106,9 @@ def thinned(problem: SelectionProblem, selection: Selection, heaviest: float, st
 def _some(items: IntArray, holes: int, half: int, rng: np.random.Generator) -> tuple[IntArray, int]:
     """Some of the items, and how many holes, so that halves of so many pieces can be listed."""
     pairs = 2.0
-    while (pairs + half) ** half / math.factorial(half) < MOST_HALVES:
+    while (pairs + half) ** half / math.factorial(half) < MAX_HALVES:
         pairs *= 1.25
-    room = min(max(int(pairs / holes), FEWEST_ITEMS // 2), len(items))
+    room = min(max(int(pairs / holes), MIN_ITEMS // 2), len(items))
     chosen = items if room == len(items) else rng.permutation(items)[:room]
     return chosen, max(int(pairs / max(room, 1)), 1)
 

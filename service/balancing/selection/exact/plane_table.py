@@ -19,7 +19,7 @@ from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
 SLAB = 75_000
 """Points that are sorted at a time."""
 CELLS_A_POINT = 4
-MOST_CELLS = 16_000_000
+MAX_CELLS = 16_000_000
 """Cells of a grid: 64 MB."""
 ROUNDING = 1e-13
 """Part of the extent by which what is asked for is widened, so that rounding loses no point."""
@@ -124,7 +124,7 @@ def table_of(index: IntArray, vector: ComplexArray) -> Generator[None, None, Tab
     """Lay the selections index (n, k), vector (n,) in a grid; yields now and then, for a stop."""
     low = complex(vector.real.min(), vector.imag.min())
     extent = complex(vector.real.max(), vector.imag.max()) - low
-    cells = min(CELLS_A_POINT * len(vector), MOST_CELLS)
+    cells = min(CELLS_A_POINT * len(vector), MAX_CELLS)
     longest = max(extent.real, extent.imag, 1e-150)
     width = max(math.sqrt(extent.real * extent.imag / cells), longest / cells) * (1.0 + 1e-9)
     columns, rows = (int(side / width) + 1 for side in (extent.real, extent.imag))

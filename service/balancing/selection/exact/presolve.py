@@ -15,7 +15,7 @@ NO_EFFECT = 1e-14
 
 
 @dataclass(frozen=True)
-class Opened:
+class Reduced:
     """`problem` has only the planes `open` of `planes`; the others stay empty.
 
     items: where the box is too long to be listed position by position, those of its items that are in `problem`.
@@ -43,7 +43,7 @@ class Opened:
         at = {int(item): i for i, item in enumerate(self.items)}
         return tuple(tuple(Piece(piece.position, at[piece.item]) for piece in pieces) for pieces in chosen)
 
-    def thinned(self, most: int, start: Selection | None) -> Opened:
+    def thinned(self, most: int, start: Selection | None) -> Reduced:
         """The same with a box of at most about `most` position-item pairs a plane, spread over its masses.
 
         The items of `start` are kept. The same object where the box is short enough.
@@ -77,7 +77,7 @@ class Opened:
         )
 
 
-def opened(problem: SelectionProblem) -> Opened:
+def opened(problem: SelectionProblem) -> Reduced:
     """Leave out planes that take nothing, or whose masses have no effect: fewest pieces is then none.
 
     Their fixed vectors move into the objective's offset.
@@ -93,4 +93,4 @@ def opened(problem: SelectionProblem) -> Opened:
         objective, matrix=objective.matrix[:, keep], offset=objective.offset + objective.matrix[:, rest] @ fixed
     )
     planes = tuple(problem.planes[p] for p in keep)
-    return Opened(replace(problem, objective=moved, planes=planes), tuple(keep), len(problem.planes))
+    return Reduced(replace(problem, objective=moved, planes=planes), tuple(keep), len(problem.planes))

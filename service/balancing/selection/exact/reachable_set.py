@@ -12,7 +12,7 @@ from service.balancing.selection.placements import effective_g, slots
 from service.balancing.selection.problem import SelectionPlane, SelectionProblem, Stock
 
 DIRECTIONS = 24
-MOST_SORTED = 4096
+MAX_SORTED = 4096
 """Pieces a plane beyond which positions are taken to hold any number of them."""
 
 
@@ -94,7 +94,7 @@ def _shared(problem: SelectionProblem) -> SharedReach | None:
     most = [slots(plane, problem.stock) for plane in problem.planes]
     alone = sum(_heaviest(problem.stock, many)[1] for many in most)
     heaviest, together = _heaviest(problem.stock, sum(most))
-    if together >= alone * (1.0 - 1e-12) or sum(most) > MOST_SORTED:
+    if together >= alone * (1.0 - 1e-12) or sum(most) > MAX_SORTED:
         return None
     opens = [np.flatnonzero((plane.capacity > 0) & (plane.capacity_g > 0.0)) for plane in problem.planes]
     return SharedReach(
@@ -115,7 +115,7 @@ def _support(plane: SelectionPlane, stock: Stock, normals: ComplexArray) -> Floa
     heaviest, total = _heaviest(stock, most)
     support = best * min(total, plane.max_mass_g)
     room = np.minimum(plane.capacity, most)
-    if most > MOST_SORTED or (room >= most).all():
+    if most > MAX_SORTED or (room >= most).all():
         return np.asarray(support, dtype=np.float64)
     for k, order in enumerate(np.argsort(-cosines, axis=1, kind="stable")):
         along = np.repeat(cosines[k, order], room[order])[:most]
@@ -129,7 +129,7 @@ def _heaviest(stock: Stock, most: int) -> tuple[FloatArray, float]:
     order = np.argsort(-mass, kind="stable")
     counts = np.minimum(stock.counts[order], most)
     taken = np.minimum(counts, np.maximum(most - (np.cumsum(counts, dtype=np.float64) - counts), 0.0))
-    listed = np.repeat(mass[order], np.minimum(taken, MOST_SORTED).astype(np.int64))
+    listed = np.repeat(mass[order], np.minimum(taken, MAX_SORTED).astype(np.int64))
     return listed, float(taken @ mass[order])
 
 

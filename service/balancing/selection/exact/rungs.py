@@ -17,14 +17,14 @@ from typing import TypeVar, cast
 import numpy as np
 
 from service.balancing.selection.exact.bounds import Bounds
-from service.balancing.selection.exact.incumbents import TIE, Entry, Record
+from service.balancing.selection.exact.incumbents import TIE, Entry, Incumbents
 from service.balancing.selection.exact.initial_cutoff import first_level
 from service.balancing.selection.exact.level_ellipsoid import Ellipsoid, ellipsoid
 from service.balancing.selection.exact.local_search import descend
 from service.balancing.selection.exact.meet_in_middle import Split, near, split_of
 from service.balancing.selection.exact.plane_join import Ceiling, Joint, PlaneList, combine, combine_up_to
 from service.balancing.selection.exact.plane_table import Ellipse, Table
-from service.balancing.selection.exact.presolve import Opened
+from service.balancing.selection.exact.presolve import Reduced
 from service.balancing.selection.exact.subsets import Sums, placements_of
 from service.balancing.selection.objectives import evaluate
 from service.balancing.selection.placements import Selection, effective_g, vectors_of
@@ -37,7 +37,7 @@ PATIENCE = 2
 """Levels without a proof before the best selection so far is improved by single changes."""
 CAUTION = 0.125
 """Part of the way from the bound to the best so far that the first level goes where densities are hard to guess."""
-LEAST_STEP = 1e-6
+MIN_STEP = 1e-6
 """Least height of the second level over the bound, as a part of the greatest value there is."""
 QUICK_LIST, QUICK_RATED = 100_000, 1_000_000
 """Selections of one plane, and of all, that a level may look at where it only looks for a better selection."""
@@ -81,7 +81,7 @@ class Search:
     """What the steps of one search share."""
 
     def __init__(
-        self, whole: Opened, scale: float, start: Selection | None, most: int | None, keep: int, good_enough: float
+        self, whole: Reduced, scale: float, start: Selection | None, most: int | None, keep: int, good_enough: float
     ) -> None:
         self.whole = whole
         self.problem = whole.problem
@@ -90,7 +90,7 @@ class Search:
         self.good_enough = good_enough
         self.evaluations = 0
         empty: Selection = tuple(() for _ in self.problem.planes)
-        self.record = Record(keep, max(scale, self._value(empty)), good_enough)
+        self.record = Incumbents(keep, max(scale, self._value(empty)), good_enough)
         self.values_count = good_enough <= 0.0
         self.offer(empty)
         if start is not None:
@@ -170,7 +170,7 @@ def levels(search: Search, bounds: Bounds, rung: int, *, last: bool) -> Generato
         yield search.state(proved=proves and reached)
         if reached:
             return True
-        level = bounds.floor + max(STEP * (level - bounds.floor), LEAST_STEP * (ceiling - bounds.floor))
+        level = bounds.floor + max(STEP * (level - bounds.floor), MIN_STEP * (ceiling - bounds.floor))
     return False  # pragma: no cover - the levels end by themselves
 
 

@@ -34,13 +34,13 @@ def never() -> bool:
     return False
 
 
-MOST_PAIRS = 300_000
+MAX_PAIRS = 300_000
 """Pairs of position and stock item of a plane that are listed; of a longer box only some items are searched."""
 FEW = 4
 """Pieces a plane that are searched first where more are allowed: they take little time and are hard to beat."""
-MOST_ASKED = 2e7
+MAX_ASKED = 2e7
 """Rests that a rung which proves nothing may ask for: a few seconds."""
-MOST_ASKED_LAST = 2e9
+MAX_ASKED_LAST = 2e9
 """Rests that the last rung may ask for: ten minutes."""
 LONG = 250
 """Steps of the last rung before parts of the problem are searched in between: shorter searches need no help."""
@@ -97,7 +97,7 @@ def _searched(
     if bounds is None:
         known = partial(Search, whole, 0.0, start, most_pieces, keep, good_enough)
         bounds = yield from meanwhile(lambda: known().state(), bounding(whole.problem))
-    whole = whole.thinned(MOST_PAIRS, start)
+    whole = whole.thinned(MAX_PAIRS, start)
     search = Search(whole, bounds.unit, start, most_pieces, keep, good_enough)
     search.floor = bounds.floor
     yield search.state()
@@ -133,11 +133,11 @@ def _rungs(search: Search, most: int) -> list[int]:
         return max(cost_of(placed, min(rung, placed.most)) for placed in placements)
 
     few = min(most, FEW)
-    steps = [next((rung for rung in range(few, 0, -1) if asked(rung) <= MOST_ASKED), 0)]
+    steps = [next((rung for rung in range(few, 0, -1) if asked(rung) <= MAX_ASKED), 0)]
     if steps[0] < few:
         return [rung for rung in steps if rung]
     for rung in range(FEW + 1, most + 1):
-        if asked(rung) > (MOST_ASKED_LAST if rung == most else MOST_ASKED):
+        if asked(rung) > (MAX_ASKED_LAST if rung == most else MAX_ASKED):
             break
         steps.append(rung)
     return steps

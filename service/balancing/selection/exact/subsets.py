@@ -17,7 +17,7 @@ EXTEND_CHUNK = 100_000
 """Halves extended between two stops."""
 SLAB = 75_000
 """Halves sorted at a time."""
-MOST_LISTED = 200
+MAX_LISTED = 200
 """Pieces a plane beyond which it is not even counted how many selections there are."""
 
 
@@ -120,7 +120,7 @@ def placements_of(plane: SelectionPlane, stock: Stock, most: int | None = None) 
 
 def many_of(placements: Placements, parity: int | None, most: int) -> float:
     """Bound how many selections of up to `most` pieces even, odd (parity 1) or all positions hold, box aside."""
-    if most > MOST_LISTED:
+    if most > MAX_LISTED:
         return math.inf
     asked = (parity, most)
     if asked not in placements.counted:

@@ -13,7 +13,7 @@ from drivers.simulator.example import threshing_drum_example
 from drivers.simulator.faults import NO_FAULTS, Faults
 from drivers.simulator.spec import DrumSpec, FittedMass, Scatter
 from service.balancing.influence.corrections import least_squares
-from service.balancing.influence.diagnosis.findings import Circumstances, Direction
+from service.balancing.influence.diagnosis.findings import Direction, RunConditions
 from service.balancing.influence.fit import RunSet, fit_influence
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, phasor
 
@@ -91,8 +91,8 @@ class Session:
         known = scatter.real if self.stated else np.full(vibration.shape, np.nan)
         return RunSet(masses, vibration, known)
 
-    def circumstances(self) -> Circumstances:
-        return Circumstances(
+    def circumstances(self) -> RunConditions:
+        return RunConditions(
             speed_rpm=np.array([row[3].real for row in self.rows]),
             nominal_rpm=np.full(len(self.spec.sensors), self.spec.speed_rpm),
             overall=np.array(self.overall),

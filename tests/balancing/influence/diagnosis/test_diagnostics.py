@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from service.balancing.influence.analysis import analyse
-from service.balancing.influence.corrections import Wishes, least_squares
-from service.balancing.influence.diagnosis.findings import Circumstances, Code
+from service.balancing.influence.corrections import CorrectionOptions, least_squares
+from service.balancing.influence.diagnosis.findings import Code, RunConditions
 from service.balancing.influence.diagnosis.planes import significance
 from tests.balancing.influence.diagnosis import campaign, faults
 from tests.balancing.influence.diagnosis.campaign import FAULTY, SOUND, Faulty, Sound
@@ -53,7 +53,7 @@ def test_planes_that_buck_are_offered_damping() -> None:
     (finding,) = [finding for finding in analysis.findings if finding.code == "planes_buck"]
     assert "damping 0.0" in finding.advice
     damping = float(finding.advice.split("damping ")[1].split()[0])
-    damped = least_squares(analysis.fit, None, Wishes(damping=damping))
+    damped = least_squares(analysis.fit, None, CorrectionOptions(damping=damping))
     assert np.linalg.norm(damped.masses) <= 0.5 * np.linalg.norm(analysis.correction.masses)
     assert damped.objective - analysis.correction.objective <= 0.051 * np.linalg.norm(v0)
 
@@ -62,7 +62,7 @@ def test_directions_that_unbalance_does_not_make() -> None:
     A = np.array([[1.0], [1.0], [1.0]], dtype=complex)
 
     def found(*v0: complex) -> set[str]:
-        circumstances = Circumstances(
+        circumstances = RunConditions(
             direction=("horizontal", "vertical", "axial"), bearing=("P", "P", "P"), speed_rpm=np.full((2, 3), 460.0)
         )
         runs = measured(A, np.array(v0, dtype=complex), trial_plan(np.array([5.0])), scatter=0.01)

@@ -34,9 +34,9 @@ def demanding(seed: int, pieces: int = 5, kinds: int = 5, holes: int = 12) -> Se
 def narrow(monkeypatch: pytest.MonkeyPatch) -> None:
     """Little memory and patience: what is a frontier for large problems then is one for small ones."""
     monkeypatch.setattr(meet_in_middle, "LARGEST_TABLE", 80_000)
-    monkeypatch.setattr(search, "MOST_ASKED", 20_000)
-    monkeypatch.setattr(search, "MOST_ASKED_LAST", 20_000)
-    monkeypatch.setattr(neighbourhood, "MOST_HALVES", 2_000)
+    monkeypatch.setattr(search, "MAX_ASKED", 20_000)
+    monkeypatch.setattr(search, "MAX_ASKED_LAST", 20_000)
+    monkeypatch.setattr(neighbourhood, "MAX_HALVES", 2_000)
 
 
 def after(problem: SelectionProblem, steps: int) -> ExactState:

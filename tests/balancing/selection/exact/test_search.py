@@ -180,7 +180,7 @@ def test_a_box_too_long_to_be_listed_is_answered_with_an_honest_bound(monkeypatc
         return placed
 
     monkeypatch.setattr(rungs, "placements_of", counted)
-    monkeypatch.setattr(search, "MOST_PAIRS", 1500)
+    monkeypatch.setattr(search, "MAX_PAIRS", 1500)
     start = ((Piece(5, 987),), (Piece(7, 432),))
     for state in islice(search_exact(long_box(), start=start), 200):
         assert broken_limit(long_box(), state.selection) is None
