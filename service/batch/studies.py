@@ -127,7 +127,8 @@ def _probabilities(log: SessionLog) -> tuple[float | None, float | None]:
     found = plan_survival(posed, [vectors])
     if found is None:
         return None, None
-    return float(found.within[0]), None if found.best is None else float(found.best[0])
+    within = None if found.within is None else float(found.within[0])
+    return within, None if found.best is None else float(found.best[0])
 
 
 def draw_some(

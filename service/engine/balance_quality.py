@@ -9,7 +9,7 @@ import numpy as np
 from service.balancing.influence.static_couple import decompose
 from service.balancing.influence.trial_mass import examine_force, suggest
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, to_degrees
-from service.balancing.rotor.tolerance import Permissible, permissible, reached
+from service.balancing.rotor.tolerance import Permissible, in_bearing_planes, permissible, reached
 from service.engine import mapping
 from service.engine.validation import highest_speed, plane_index
 from service.errors import InvalidInput, NumericsError
@@ -51,6 +51,20 @@ def tolerance_of(machine: Machine, still_needed: ComplexArray, covariance: Float
         surely=now.surely,
         assumptions=ASSUMPTIONS,
     )
+
+
+def share_of_permissible(machine: Machine) -> FloatArray | None:
+    """Unbalance in the bearing planes over what is permissible there (2, P), per g in each plane, by ISO 21940-11.
+
+    None where no balance quality can be stated, see `tolerance_missing`.
+    """
+    asked, places, bearings = _permissible(machine), mapping.plane_places(machine), mapping.bearing_places(machine)
+    if asked is None or places is None or bearings is None:
+        return None
+    radius = np.array([plane.radius_mm for plane in machine.planes])
+    each = np.diag(radius).astype(np.complex128)
+    per_gram = np.stack([in_bearing_planes(row, places, bearings[1]) for row in each], axis=1)
+    return np.asarray(per_gram.real / asked.bearing_g_mm[:, None], dtype=np.float64)
 
 
 def tolerance_missing(machine: Machine) -> Message | None:

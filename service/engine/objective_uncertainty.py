@@ -9,16 +9,16 @@ from service.balancing.influence.fit import predict
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.balancing.selection.problem import Objective
 from service.engine.influence_fits import FittedModel
-from service.model.plan import PlanRequest
+from service.model.plan import ObjectiveName
 
 
 def objective_scatter(
-    objective: Objective, request: PlanRequest, fitted: FittedModel | None, target: ComplexArray
+    objective: Objective, name: ObjectiveName, fitted: FittedModel | None, target: ComplexArray
 ) -> float:
     """Standard deviation of the objective near its optimum `target` (P,), first order; 0 where it cannot be known."""
     if fitted is None:
         return 0.0
-    if request.objective == "residual_vibration":
+    if name == "residual_vibration":
         used = np.isfinite(fitted.fit.initial)
         variance = 2.0 * predict(fitted.fit, target).scatter[used] ** 2
     else:

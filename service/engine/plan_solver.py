@@ -19,6 +19,7 @@ from service.engine import mapping
 from service.engine.correction_solver import predicted_with
 from service.engine.kept_masses import broken_limits
 from service.engine.plan_methods import Part, Solved, run_method
+from service.engine.plan_survival import plan_survival, run_robust
 from service.engine.rotor_state import Mounted, changes, pieces_of
 from service.engine.selection_problem import PlanContext, PlanProblem, pose
 from service.errors import Conflict, InvalidInput
@@ -27,7 +28,11 @@ from service.model.correction import SensorVector
 from service.model.machine import Machine
 from service.model.plan import BearingForces, Change, MethodResult, Offer, Placement, Plan, PlanRequest
 
-UNIT = {"components": "g.mm", "residual_vibration": "1", "bearing_force": "1"}
+NOMINAL = 8
+"""Selections of the problem as measured that a robust plan begins with, besides the best."""
+NOMINAL_SHARE = 0.4
+"""Share of a robust plan's time limit that they may take."""
+UNIT = {"components": "g.mm", "residual_vibration": "1", "bearing_force": "1", "robust": "1"}
 
 
 def solve_plan(
@@ -49,6 +54,8 @@ def solve_plan(
     result = solved.result
     offer = offer_of(posed, result)
     chosen = result.pieces is not None
+    robust = request.objective == "robust"
+    within, best = probabilities(posed, result.vectors, best=robust) if chosen else (None, None)
     return Plan(
         id=key,
         number=number,
@@ -59,7 +66,9 @@ def solve_plan(
         **vars(offer),
         changes=changes_of(ground, offer.placements, offer.taken_off) if chosen else (),
         objective_unit=UNIT[request.objective],
-        objective_scatter=posed.uncertainty or None,
+        objective_scatter=None if robust else posed.uncertainty or None,
+        probability_within=within,
+        probability_best=best,
         predicted=_predicted(posed, result.vectors, offer.placements) if chosen else (),
         bearing_forces_n=forces(ground.machine, posed.target, result.vectors) if chosen else None,
         placement_spread=_placement_spread(posed, result),
@@ -77,8 +86,42 @@ def solve(posed: PlanProblem, monotonic: Callable[[], float]) -> Solved:
     broken = broken_limits(posed)
     if broken is not None:
         return Solved([Part(posed.request.method, broken, 0.0)])
-    now = _objective_now(posed) if posed.request.mode == "combine" else None
-    return run_method(posed.problem, posed.request, posed.uncertainty, monotonic, now)
+    request = posed.request
+    now = _objective_now(posed) if request.mode == "combine" else None
+    if request.objective != "robust":
+        return run_method(posed.problem, request, posed.uncertainty, monotonic, now)
+    _require_plain(request)
+    begun = monotonic()
+    as_measured = replace(request, time_limit_s=NOMINAL_SHARE * request.time_limit_s, alternatives=NOMINAL)
+    nominal = run_method(posed.problem, as_measured, posed.uncertainty, monotonic)
+    solved = run_robust(posed, nominal, lambda: monotonic() - begun >= request.time_limit_s)
+    solved.seconds = monotonic() - begun
+    solved.parts[-1] = replace(solved.parts[-1], seconds=solved.seconds)
+    return solved
+
+
+def probabilities(posed: PlanProblem, vectors: ComplexArray, *, best: bool) -> tuple[float | None, float | None]:
+    """How probable it is that vector sums (P,) in g keep every limit, and that they are the best; None: not known."""
+    found = plan_survival(posed, [vectors], best=best)
+    if found is None:
+        return None, None
+    within = None if found.within is None else float(found.within[0])
+    return within, None if found.best is None else float(found.best[0])
+
+
+def _require_plain(request: PlanRequest) -> None:
+    """Raise InvalidInput for what a robust plan would pass over in silence."""
+    for name, value, meant in (
+        ("mode", request.mode, "best"),
+        ("method", request.method, "certified"),
+        ("slack", request.slack, 0.0),
+    ):
+        if value != meant:
+            raise InvalidInput(
+                Message("invalid_input.not_of_a_robust_plan", name=name, value=value, needed=meant),
+                field=name,
+                value=value,
+            )
 
 
 def _objective_now(posed: PlanProblem) -> float:
@@ -140,9 +183,12 @@ def refitted(ground: PlanContext, plan: Plan, actual: tuple[Placement, ...]) -> 
     """The plan with predictions for what was really fitted."""
     machine, posed = ground.machine, pose(ground, plan.request)
     vectors = mapping.placement_vectors(machine, actual) - mapping.placement_vectors(machine, plan.taken_off)
+    within, best = probabilities(posed, vectors, best=plan.probability_best is not None)
     return replace(
         plan,
         fitted=actual,
+        probability_within=within,
+        probability_best=best,
         predicted=_predicted(posed, vectors, actual),
         bearing_forces_n=forces(machine, posed.target, vectors),
     )

@@ -24,7 +24,7 @@ from service.errors import Conflict, InvalidInput
 from service.messages import Message
 from service.model.correction import Correction
 from service.model.machine import CatalogueItem, Machine, Plane
-from service.model.plan import BlockedPosition, Placement, PlanInputs, PlanRequest
+from service.model.plan import BlockedPosition, ObjectiveName, Placement, PlanInputs, PlanRequest, Robust
 from service.model.run import Run, RunOut
 from service.model.session import AsFoundPiece
 
@@ -90,6 +90,13 @@ class PlanProblem:
         return self.ground.inputs.present_off if self.request.base == "present" else ()
 
 
+def base_objective(request: PlanRequest) -> ObjectiveName:
+    """The objective of one case; that of a robust plan is a figure over many of them."""
+    if request.objective != "robust":
+        return request.objective
+    return (request.robust or Robust()).base
+
+
 def pose(ground: PlanContext, request: PlanRequest) -> PlanProblem:
     """Pose a plan's problem. Raises InvalidInput, Conflict for a request that cannot be meant."""
     machine = ground.machine
@@ -118,7 +125,7 @@ def pose(ground: PlanContext, request: PlanRequest) -> PlanProblem:
         in_offset=True,
         tolerance=math.radians(POSITION_TOLERANCE_DEG),
     )
-    scatter = objective_scatter(objective, request, fitted, target)
+    scatter = objective_scatter(objective, base_objective(request), fitted, target)
     return PlanProblem(ground, request, target, fitted, objective, pieces, scatter)
 
 
@@ -167,18 +174,25 @@ def _placement(plane: Plane, position: int, item: CatalogueItem) -> Placement:
 
 
 def _objective(machine: Machine, request: PlanRequest, target: ComplexArray, fitted: FittedModel | None) -> Objective:
-    if request.objective != "residual_vibration":
+    objective = base_objective(request)
+    if request.objective != "robust" and request.robust is not None:
+        raise InvalidInput(
+            Message("invalid_input.option_of_other_objective", name="robust", objective=request.objective),
+            field="robust",
+            value="robust",
+        )
+    if objective != "residual_vibration":
         for name in ("norm", "weights"):
             if getattr(request, name) is not None:
                 raise InvalidInput(
-                    Message("invalid_input.option_of_other_objective", name=name, objective=request.objective),
+                    Message("invalid_input.option_of_other_objective", name=name, objective=objective),
                     field=name,
                     value=name,
                 )
     radius = np.array([plane.radius_mm for plane in machine.planes])
-    if request.objective == "components":
+    if objective == "components":
         return objectives.components(target, radius)
-    if request.objective == "bearing_force":
+    if objective == "bearing_force":
         _, bearings, places = mapping.require_geometry(machine)
         return objectives.bearing_force(target, radius, places, bearings, angular_speed(machine.service_speed_rpm))
     return _residual(machine, request, fitted)

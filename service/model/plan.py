@@ -11,7 +11,9 @@ from service.model.base import MAX_LIST, AngleDeg, Name, NotNegative, Positive, 
 from service.model.correction import SensorVector
 from service.model.run import MassOnRotor
 
-ObjectiveName = Literal["residual_vibration", "components", "bearing_force"]
+ObjectiveName = Literal["residual_vibration", "components", "bearing_force", "robust"]
+RobustAim = Literal["quantile_95", "probability_within_limits"]
+RobustBase = Literal["residual_vibration", "bearing_force"]
 NormName = Literal["sum", "max", "rms"]
 Method = Literal["certified", "modified_jaya", "exact"]
 Base = Literal["as_found", "present"]
@@ -31,17 +33,31 @@ class BlockedPosition:
 
 
 @document
+class Robust:
+    """What a plan must do well in spite of the uncertainty of the coefficients."""
+
+    aim: RobustAim = "quantile_95"
+    """quantile_95: the smallest value that the base objective stays below in 95 of 100 cases;
+    probability_within_limits: the greatest probability that all limits are kept."""
+    base: RobustBase = "residual_vibration"
+    """residual_vibration: amplitudes over limits; bearing_force: Eq 5.14, its limit the machine's balance quality."""
+
+
+@document
 class PlanRequest:
     """Ask which stock masses to bolt into which positions."""
 
     correction_id: Name
     """The correction to realise."""
     objective: ObjectiveName
-    """residual_vibration: predicted amplitude over limit; components: unbalance missed; bearing_force: Eq 5.14."""
+    """residual_vibration: predicted amplitude over limit; components: unbalance missed; bearing_force: Eq 5.14; robust:
+    see `robust`."""
     norm: NormName | None = None
     """How residual_vibration joins the sensors: sum (default), max or rms of amplitude over limit."""
     weights: Annotated[tuple[Positive, ...], Len(1, 64)] | None = None
     """Further weight of each predicted vector, in their order; only with residual_vibration."""
+    robust: Robust | None = None
+    """What survives the uncertainty of the readings; only with objective robust, where null means its defaults."""
     mode: Mode = "best"
     """best: the smallest objective; fewest: the fewest masses whose objective is within `limit`, proved; combine: the
     fewest that do as well as those of all trims that are bolted on now, which may all come off."""
@@ -259,7 +275,8 @@ class Plan:
     objective_value: float | None
     """Objective of the placements, in `objective_unit`; null without a selection."""
     objective_unit: str
-    """g.mm for components; 1 for residual_vibration (over limit) and bearing_force (share of the reactions)."""
+    """g.mm for components; 1 for residual_vibration (over limit), bearing_force (share of the reactions) and robust
+    (95 % quantile of these, or the probability that a limit is broken)."""
     lower_bound: float | None
     """Proved: no selection has a smaller objective (mode fewest: none of as few masses); null without proof."""
     gap: float | None
@@ -295,6 +312,13 @@ class Plan:
     was left then. Null: never, or before this was kept."""
     changed_at: datetime | None = None
     """When the plan was last stated fitted or taken off, UTC. Null: never, or before this was kept."""
+    probability_within: float | None = None
+    """How probable it is, by the errors of the coefficients, that every limit is kept: each sensor's for vibration, the
+    machine's balance quality for unbalance and bearing force. Null: no limits, or the scatter of the readings is
+    unknown."""
+    probability_best: float | None = None
+    """How probable it is, by the same errors, that no other selection has a smaller objective; null where the
+    selections are too many to list for every case, or the scatter is unknown."""
     version: int = 1
     """Counts the changes of the plan; its ETag."""
     reserved_until: datetime | None = None

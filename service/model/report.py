@@ -126,3 +126,6 @@ class Report:
     """Whether what was asked for is reached by the drum as it is now."""
     tolerance_missing_data: MessageData | None = None
     """`tolerance_missing` as data."""
+    plan_probability_within: float | None = None
+    """How probable it was, by the errors of the coefficients, that the plan that is fitted keeps every limit; null
+    without limits, or where those errors are unknown."""

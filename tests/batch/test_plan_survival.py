@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,10 @@ from service.balancing.selection.placements import vectors_of
 from service.batch import drawn_answers, studies
 from service.engine.logs.replay import last_problem, resolve
 from service.engine.mapping import limits, placement_vectors
+from service.engine.plan_solver import solve
 from service.engine.plan_survival import plan_survival
+from service.engine.selection_problem import pose
+from service.model.plan import Robust
 from service.model.session import SessionLog
 from tests.batch.test_comparing import old_session
 from tests.batch.test_studies import _scattered
@@ -32,15 +36,18 @@ def test_stated_probabilities_are_those_of_the_whole_chain(log: SessionLog) -> N
     assert prepared is not None
     vectors = placement_vectors(log.machine, resolve(log).plans[-1].placements)
     nothing = vectors_of(posed.problem, tuple(() for _ in log.machine.planes))
-    stated = plan_survival(posed, [vectors, nothing])
+    asked = replace(posed.request, objective="robust", robust=Robust(aim="probability_within_limits"))
+    robust = solve(pose(posed.ground, asked), time.process_time).result.vectors
+    stated = plan_survival(posed, [vectors, nothing, robust])
     assert stated is not None
     assert stated.best is not None
+    assert stated.within is not None
     vibration = drawn_answers._vibration(prepared, range(CHAIN), 11)
     initial, influence, good = drawn_answers._fit(prepared, vibration)
     assert good.all()
     answers = drawn_answers.answer(prepared, range(CHAIN), 11)
     allowed = limits(log.machine, fitted.rows)
-    for number, candidate in enumerate((vectors, nothing)):
+    for number, candidate in enumerate((vectors, nothing, robust)):
         left = drawn_answers._amplitudes(initial, influence, np.repeat(candidate[None], CHAIN, axis=0))
         assert stated.within[number] == pytest.approx((left <= allowed).all(axis=1).mean(), abs=0.02)
         value = (left / allowed).sum(axis=1)

@@ -18,7 +18,7 @@ from service.balancing.selection.objectives import components, relative_reaction
 from service.balancing.selection.problem import UNLIMITED, Objective, SelectionPlane, SelectionProblem, Stock
 from service.engine.influence_fits import FittedModel
 from service.engine.objective_uncertainty import objective_scatter
-from service.model.plan import ObjectiveName, PlanRequest
+from service.model.plan import ObjectiveName
 
 THESIS_MASSES = (10.0, 20.0, 50.0, 100.0, 200.0, 300.0)
 RICH_MASSES = (10.0, 15.0, 20.0, 30.0, 40.0, 50.0, 75.0, 100.0, 120.0, 150.0, 200.0, 300.0)
@@ -105,8 +105,7 @@ def uncertainty_of(objective: Objective, name: ObjectiveName, influence: Complex
     masses = np.concatenate([np.zeros((1, len(target))), 200.0 * np.eye(len(target))]).astype(np.complex128)
     vibration = (masses - target) @ influence.T
     runs = RunSet(masses, vibration, SCATTER * np.abs(vibration))
-    request = PlanRequest(correction_id="bench", objective=name)
-    return objective_scatter(objective, request, FittedModel((), fit_influence(runs), runs), target)
+    return objective_scatter(objective, name, FittedModel((), fit_influence(runs), runs), target)
 
 
 def _influence(sensors: int, planes: int) -> ComplexArray:

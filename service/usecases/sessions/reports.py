@@ -55,6 +55,7 @@ def report(work: AppContext, session_id: str) -> Report:
         planes=plane_loads(session.machine, fitted) if fitted else (),
         plan_status=None if plan is None else plan.status,
         plan_gap=None if plan is None else plan.gap,
+        plan_probability_within=None if plan is None else plan.probability_within,
         plan_unit=None if plan is None else plan.objective_unit,
         tolerance=known.tolerance,
         tolerance_missing=None if known.ungraded is None else render(known.ungraded),

@@ -140,7 +140,12 @@ def proof(report: Report, reader: Reader) -> Lines:
         "heuristic": _("Nothing is proved of this choice of masses."),
         "infeasible": _("There was no choice of masses that keeps all limits."),
     }
-    return Lines(() if report.plan_status is None else (said[report.plan_status],))
+    if report.plan_status is None:
+        return Lines(())
+    share = report.plan_probability_within
+    cases = _("By the scatter of the readings, all limits are kept in %(cases)s of 100 cases.")
+    likely = () if share is None else (cases % {"cases": reader.number(100.0 * share)},)
+    return Lines((said[report.plan_status], *likely))
 
 
 def polar_plots(session: Session, plan: Plan | None, reader: Reader) -> tuple[Part, ...]:

@@ -40,6 +40,7 @@ OBJECTIVES: dict[str, ObjectiveName] = {
     "residual_vibration": "residual_vibration",
     "components": "components",
     "bearing_force": "bearing_force",
+    "robust": "robust",
 }
 MODES: dict[str, Mode] = {"best": "best", "fewest": "fewest"}
 PlanKey = Annotated[str, Path(min_length=1, max_length=32)]

@@ -56,6 +56,7 @@ _AIMS = {
     "residual_vibration": N_("least vibration"),
     "components": N_("nearest to the masses needed"),
     "bearing_force": N_("least force on the bearings"),
+    "robust": N_("least vibration in spite of the scatter"),
 }
 
 

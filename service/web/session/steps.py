@@ -238,7 +238,8 @@ def _objectives(guide: Guide) -> list[str]:
     machine, correction = guide.session.machine, guide.correction
     out = ["residual_vibration"] if correction is not None and correction.influence else []
     placed = mapping.bearing_places(machine) is not None and mapping.plane_places(machine) is not None
-    return [*out, "components", *(["bearing_force"] if placed else [])]
+    robust = ["robust"] if correction is not None and any(one.interval for one in correction.initial) else []
+    return [*out, "components", *(["bearing_force"] if placed else []), *(robust if out else [])]
 
 
 def _of_alternatives(page: Page, guide: Guide) -> tuple[Plan, ...]:

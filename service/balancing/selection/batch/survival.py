@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,39 +22,39 @@ SAME = 1e-9
 class Survival:
     """Of each candidate (C,), over the draws.
 
-    quantile_95: objective that 95 % of the draws stay below. within: share of the draws in which every row stays
-    within its limit. best: share of the draws in which no selection has a smaller objective; None where the planes
+    quantile_95: objective that 95 % of the draws stay below. within: share of the draws in which every limit is kept;
+    None without limits. best: share of the draws in which no selection has a smaller objective; None where the planes
     cannot be listed.
     """
 
     quantile_95: FloatArray
-    within: FloatArray
+    within: FloatArray | None
     best: FloatArray | None
 
 
 def survival(
     objectives: Objectives,
     candidates: ComplexArray,
-    limits: FloatArray,
+    limited: Objectives | None,
     *,
     planes: Sequence[SelectionPlane] = (),
     shared: Shared | None = None,
 ) -> Survival:
     """Rate candidates, vector sums (C, P) in g, over the draws of an objective (D, S, P).
 
-    limits: (S,) greatest |r_s|, in the unit of r. planes, shared: of the problem, from `tables.shared_rows`.
+    limited: what has a limit, weighted so that the limit is 1, norm max. planes, shared: of the problem, from
+    `tables.shared_rows`.
     """
     values = values_of(objectives, candidates)
-    worst = values_of(replace(objectives, weights=1.0 / limits, norm="max"), candidates)
-    best = None
+    within = best = None
+    if limited is not None:
+        kept = values_of(limited, candidates) <= 1.0
+        within = np.asarray(kept.mean(axis=0), dtype=np.float64)
     if shared is not None:
         least = solve_batch(shared, tuple(planes), objectives).value
         best = np.asarray((values <= least[:, None] * (1.0 + SAME)).mean(axis=0), dtype=np.float64)
-    return Survival(
-        quantile_95=np.asarray(np.quantile(values, QUANTILE, axis=0), dtype=np.float64),
-        within=np.asarray((worst <= 1.0).mean(axis=0), dtype=np.float64),
-        best=best,
-    )
+    quantile = np.asarray(np.quantile(values, QUANTILE, axis=0), dtype=np.float64)
+    return Survival(quantile_95=quantile, within=within, best=best)
 
 
 def values_of(objectives: Objectives, candidates: ComplexArray) -> FloatArray:
