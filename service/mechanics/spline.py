@@ -9,6 +9,7 @@ from scipy.interpolate import BSpline
 
 from service.errors import NumericsError
 from service.mechanics.bodies import FloatArray
+from service.messages import Message
 
 DEGREE = 3
 FEWEST = 4
@@ -19,8 +20,7 @@ def segments(count: int) -> int:
     """Number of segments of a curve with `count` control points; its parameter runs from 0 to that."""
     if count < FEWEST:
         raise NumericsError(
-            f"a cubic curve must have at least {FEWEST} control points, got {count}",
-            code="spline_points",
+            Message("spline_points", least=FEWEST, value=count),
             field="thickness",
             value=count,
         )

@@ -14,6 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.population import Population
 from service.optimize.problem import FloatArray, MixedProblem
 from service.optimize.search import Progress
@@ -41,12 +42,10 @@ class DifferentialEvolution(Iterator[Progress]):
     ) -> None:
         if variant not in VARIANTS:
             raise NumericsError(
-                f"the variant must be one of {', '.join(VARIANTS)}, got {variant!r}", code="variant", field="variant"
+                Message("search_variant", known=tuple(VARIANTS), value=variant), field="variant", value=variant
             )
         if not (0.0 < scale <= 2.0 and 0.0 <= crossover <= 1.0):
-            raise NumericsError(
-                f"F must be above 0 and at most 2 and CR from 0 to 1, got {scale} and {crossover}", code="rates"
-            )
+            raise NumericsError(Message("search_rates", scale=scale, crossover=crossover), field="scale", value=scale)
         self._rng, self._variant, self._scale, self._crossover = rng, variant, scale, crossover
         self._problem, self._members, self._start = problem, members, start
         self.population: Population | None = None

@@ -14,6 +14,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.population import Population
 from service.optimize.problem import FloatArray, MixedProblem
 from service.optimize.search import Progress
@@ -41,7 +42,7 @@ class DifferentialSearch(Iterator[Progress]):
     ) -> None:
         if directions not in get_args(Directions) or step not in get_args(Step):
             raise NumericsError(
-                f"directions and step must be known, got {directions!r} and {step!r}", code="variant", field="variant"
+                Message("search_variant.differential_search", directions=directions, step=step), field="directions"
             )
         self._problem, self._members, self._rng, self._start = problem, members, rng, start
         self._directions, self._step = directions, step

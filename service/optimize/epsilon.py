@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.front import undominated
 from service.optimize.problem import FloatArray
 from service.optimize.smooth import Objective, SmoothProblem
@@ -65,9 +66,7 @@ class EpsilonConstraint(Iterator[FrontPoint]):
         ceiling: float = np.inf,
     ) -> None:
         if points < 2:
-            raise NumericsError(
-                f"a front must have at least 2 points, got {points}", code="front_points", field="points", value=points
-            )
+            raise NumericsError(Message("front_points", value=points), field="points", value=points)
         self._problem, self._rng, self._starts, self._ends = problem, rng, starts, end_starts
         self._points, self._ceiling = points, ceiling
         self._bounds: FloatArray = np.zeros(0)
@@ -146,6 +145,6 @@ class EpsilonConstraint(Iterator[FrontPoint]):
                 if best is None or now[:2] < best[:2]:
                     best = now
         if best is None:
-            raise NumericsError("a front needs at least one start", code="front_starts", field="starts")
+            raise NumericsError(Message("front_starts"), field="starts")
         shown = self._problem.shown(best[2])
         return FrontPoint(len(self.found) + 1, best[2], shown, bound, best[0], self.evaluations)

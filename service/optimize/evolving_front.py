@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.front import crowding, front_ranks, undominated
 from service.optimize.population import MIN_MEMBERS
 from service.optimize.problem import FloatArray, IntArray
@@ -27,7 +28,7 @@ class FrontSearchProblem:
     def __post_init__(self) -> None:
         """Refuse bounds that are crossed or not finite."""
         if not (np.isfinite(self.lower).all() and np.isfinite(self.upper).all() and (self.lower <= self.upper).all()):
-            raise NumericsError("the bounds must be finite, the lower first", code="bounds_crossed", field="lower")
+            raise NumericsError(Message("bounds_crossed.some"), field="lower")
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,7 @@ class Members:
     def __init__(self, problem: FrontSearchProblem, members: int, rng: np.random.Generator) -> None:
         if members < MIN_MEMBERS:
             raise NumericsError(
-                f"the population must have at least {MIN_MEMBERS} members, got {members}",
-                code="population_too_small",
-                field="members",
-                value=members,
+                Message("population_too_small", least=MIN_MEMBERS, value=members), field="members", value=members
             )
         self.problem, self.size, self.evaluations, self.number = problem, members, 0, 1
         self.x = rng.uniform(problem.lower, problem.upper, (members, len(problem.lower)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.problem import FloatArray, IntArray
 
 
@@ -51,9 +52,7 @@ def hypervolume(points: FloatArray, reference: tuple[float, float]) -> float:
     Raises NumericsError for values that are not numbers.
     """
     if points.ndim != 2 or points.shape[1] != 2 or np.isnan(points).any():
-        raise NumericsError(
-            f"the front must be points of two numbers, got shape {points.shape}", code="front_shape", field="points"
-        )
+        raise NumericsError(Message("front_shape", shape=points.shape), field="points")
     inside = points[(points < np.array(reference)).all(axis=1)]
     inside = inside[np.lexsort((inside[:, 1], inside[:, 0]))]
     area, height = 0.0, reference[1]

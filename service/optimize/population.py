@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.problem import FloatArray, IntArray, MixedProblem, validate
 from service.optimize.search import Progress, total_violation
 
@@ -38,10 +39,7 @@ class Population:
         validate(problem)
         if members < MIN_MEMBERS:
             raise NumericsError(
-                f"the population must have at least {MIN_MEMBERS} members, got {members}",
-                code="population_too_small",
-                field="members",
-                value=members,
+                Message("population_too_small", least=MIN_MEMBERS, value=members), field="members", value=members
             )
         x = rng.uniform(problem.lower, problem.upper, (members, len(problem.variables)))
         if start is not None:

@@ -14,6 +14,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from service.errors import NumericsError
+from service.messages import Message
 from service.optimize.problem import FEASIBILITY, FloatArray
 
 Status = Literal["optimal", "converged", "limit_reached", "stopped", "infeasible"]
@@ -103,9 +104,7 @@ def run(
     seed: of the search's generator, kept in the result. Raises NumericsError for fewer than one step.
     """
     if steps < 1:
-        raise NumericsError(
-            f"the budget must be at least 1 step, got {steps}", code="budget_too_small", field="steps", value=steps
-        )
+        raise NumericsError(Message("budget_too_small", value=steps), field="steps", value=steps)
     began = clock()
     best, history, status = next(search), [], "limit_reached"
     history.append((best.evaluations, best.value, best.violation))

@@ -148,7 +148,9 @@ def _warnings(case: LinkageCase) -> tuple[Finding, ...]:
         try:
             check_body(body, f"link {link.name}")
         except NumericsError as refused:
-            found.append(warning(Message("linkage_body_not_real", field=link.name, value=refused.message)))
+            found.append(
+                warning(Message("linkage_body_not_real", field=link.name, value=refused.data or refused.message))
+            )
         if _in_points(case) and as_three_points(body)[0].min() < 0.0:
             least = float(as_three_points(body)[0].min())
             found.append(warning(Message("linkage_no_three_points", field=link.name, value=least)))
