@@ -102,6 +102,11 @@ class FrameDecoder:
         except Exception:  # a fault of this code must not end the reading of a bus
             return self._refuse("undecodable")
 
+    def plan_of(self, identifier: int, extended: bool) -> MessagePlan | None:
+        """What is read from frames with this identifier; None: nothing."""
+        key = (identifier, extended)
+        return self._routes[key] if key in self._routes else self._route(key)
+
     def counters(self) -> dict[str, CounterState]:
         """How far the counters are, by message."""
         return {

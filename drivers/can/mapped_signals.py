@@ -41,6 +41,12 @@ class MappedSignals:
         factor = family[unit] / family[wanted] * PER_PEAK[own_detection] / PER_PEAK[detection]
         return self._field(value, here, factor, also={"detection"})
 
+    def level_unit(self, table: Any, key: str, where: Where) -> str:
+        """The unit that an amplitude or overall value has on the bus."""
+        here = (where[0], where[1], key)
+        stated, in_dbc, signal = self._units(table[key], here)
+        return self._known(table[key], here, stated or in_dbc, signal, dict.fromkeys(LEVELS, 1.0), "level")[0]
+
     def angle(self, table: Any, where: Where, senses: tuple[str, ...], machine_sense: str) -> Field:
         """A phase or an angle, in degrees in the machine's sense."""
         sense = self._toml.choice(table, "sense", senses, where, default=machine_sense)

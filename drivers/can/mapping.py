@@ -100,13 +100,14 @@ class SensorMap:
     """Signals of one sensor of the machine.
 
     Factors turn amplitude and overall into its unit and detection (overall: rms), phase into degrees in the machine's
-    sense.
+    sense. unit: the sensor's.
     """
 
     name: str
     amplitude: Field
     phase: Field | None
     overall: Field | None
+    unit: str = ""
 
 
 @dataclass(frozen=True, slots=True)

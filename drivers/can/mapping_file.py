@@ -17,7 +17,7 @@ from drivers.can.mapped_signals import LEVELS, MappedSignals
 from drivers.can.mapping import ANGLE_SENSES, PHASE_SENSES, CanMapping, Field, PlaneMap, SensorMap
 from drivers.can.toml_values import TomlValues
 from drivers.errors import InvalidSetting
-from drivers.files.toml_lines import Where, lines_of
+from drivers.files.toml_lines import Where, lines_of, quoted
 from drivers.quantities import PER_PEAK
 from drivers.units import PER_GRAM, PER_RPM, level_of
 
@@ -60,7 +60,7 @@ def standard_mapping_text(sensors: Sequence[str], planes: Sequence[str] = (), *,
     lines += ['valid = "SpeedValid"', "", "[heartbeat]", f'message = "{mark}Heartbeat"', ""]
     lines += ["[status]", f'message = "{mark}Status"', 'signal = "State"']
     for index, sensor in enumerate(sensors, 1):
-        lines += ["", "[[sensor]]", f"name = {_quoted(sensor)}"]
+        lines += ["", "[[sensor]]", f"name = {quoted(sensor)}"]
         for key, signal, valid in (
             ("amplitude", "Amplitude", "AmplitudeValid"),
             ("phase", "Phase", "PhaseValid"),
@@ -68,16 +68,11 @@ def standard_mapping_text(sensors: Sequence[str], planes: Sequence[str] = (), *,
         ):
             lines.append(f'{key} = {{message = "{mark}Sensor{index}", signal = "{signal}", valid = "{valid}"}}')
     for index, plane in enumerate(planes, 1):
-        lines += ["", "[[correction]]", f"plane = {_quoted(plane)}"]
+        lines += ["", "[[correction]]", f"plane = {quoted(plane)}"]
         for key, signal in (("mass", "Mass"), ("angle", "Angle"), ("number", "AnswerNumber")):
             valid = ', valid = "MassValid"' if key == "mass" else ""
             lines.append(f'{key} = {{message = "{mark}Correction{index}", signal = "{signal}"{valid}}}')
     return "\n".join(lines) + "\n"
-
-
-def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
 
 
 @cache
@@ -186,6 +181,7 @@ class _Reader:
             if "phase" not in table
             else signals.angle(table["phase"], ("sensor", index, "phase"), PHASE_SENSES, machine_sense),
             overall=None if "overall" not in table else signals.level(table, "overall", where, own_unit, "rms"),
+            unit=own_unit or signals.level_unit(table, "amplitude", where),
         )
 
     def _plane(self, table: Any, index: int, machine_sense: str) -> PlaneMap:

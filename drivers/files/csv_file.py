@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 
 from drivers.errors import UnreadableFile
+from drivers.files.began import moment_in, moment_of_seconds
 from drivers.files.recording import Recording, Stated, read_bytes
-from drivers.files.text_table import Table, decoded, find_table
+from drivers.files.text_table import Table, decoded, find_table, is_lost
 from drivers.files.time_grid import on_grid, seconds_of
 from drivers.signal.block import Floats
 from drivers.units import level_of
 
 MIN_BEFORE_CUT = 10
 """Rows that must be in order before a last one that is not is taken to be cut off."""
-LOST = frozenset(("", "nan", "-", "--", "null", "none", "n/a", "na"))
 
 
 def read_csv(
@@ -65,12 +65,15 @@ def read_table(
     if time is None:
         if sample_rate_hz is None:
             raise UnreadableFile("does not state its sample rate: name the column of time, or the rate", path=name)
-        return Recording(name, sample_rate_hz, columns, stated, notes=tuple(notes))
+        return Recording(
+            name, sample_rate_hz, columns, stated, began=moment_in(table.lines[: table.first]), notes=tuple(notes)
+        )
     title = table.titles[table.places[time]]
     cell = table.units[table.places[time]] if table.places[time] < len(table.units) else ""
     seconds, more = seconds_of(times, title, cell, time_unit)
     rate, spread, rounded = on_grid(name, seconds, columns)
-    return Recording(name, rate, spread, stated, notes=(*notes, *more, *rounded))
+    began = moment_of_seconds(float(seconds[0])) or moment_in(table.lines[: table.first])
+    return Recording(name, rate, spread, stated, began=began, notes=(*notes, *more, *rounded))
 
 
 def _columns(
@@ -108,7 +111,7 @@ def _columns(
 
 
 def _number(cell: str, line: int, path: str, *, comma: bool) -> float:
-    if cell.casefold() in LOST:
+    if is_lost(cell):
         return math.nan
     text = cell.replace(",", ".") if comma else cell
     if text[:1] in "+-":

@@ -43,7 +43,7 @@ def read_recording(path: Path, layout: Layout) -> Recording:
     if kind == "lvm":
         return _at_rate(read_lvm(path, wanted, time=layout.time), layout)
     if kind == "tdms":
-        return _at_rate(read_tdms(path, wanted), layout)
+        return _at_rate(read_tdms(path, wanted, sample_rate_hz=layout.sample_rate_hz), layout)
     if kind == "wav":
         return _at_rate(read_wav(path), layout)
     if kind == "uff":

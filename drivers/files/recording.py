@@ -30,7 +30,8 @@ class Recording:
 
     stated: (quantity, unit) of a column as far as the file says, each None where it says nothing. unitless: the columns
     hold shares of the input's full scale. rates_hz: of columns that have another rate. starts_s: when a column begins,
-    where that is not the first moment. notes: what the user should know of how it was read.
+    where that is not the first moment. began: when the first moment was, as far as the file says. notes: what the user
+    should know of how it was read.
     """
 
     path: str
@@ -40,6 +41,7 @@ class Recording:
     unitless: bool = False
     rates_hz: dict[str, float] = field(default_factory=dict)
     starts_s: dict[str, float] = field(default_factory=dict)
+    began: datetime | None = None
     notes: tuple[str, ...] = ()
 
     def rate_of(self, name: str) -> float:

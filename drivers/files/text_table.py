@@ -18,6 +18,8 @@ SEPARATORS = (",", ";", "\t", "|", " ")
 LOOKED_AT = 300
 """Lines in which the names are looked for."""
 MAX_UNIT_ROWS = 5
+LOST = frozenset(("", "nan", "-", "--", "null", "none", "n/a", "na"))
+"""What stands in a cell where a sample was lost."""
 SHOWN = 12
 """Names and characters of a cell that an error shows."""
 
@@ -75,18 +77,20 @@ def _encoding(contents: bytes) -> str:
 def find_table(text: str, wanted: Sequence[str], path: str, separator: str | None = None) -> Table:
     """The table in a text whose names hold all wanted ones; wanted empty: the first line's.
 
-    A name may be written in other cases, or with its unit behind in brackets. Raises `UnreadableFile` naming the
-    columns there are.
+    A name may be written in other cases, with its unit behind in brackets, or be a number, as #3. Raises
+    `UnreadableFile` naming the columns there are.
     """
     lines = re.split(r"\r\n|\r|\n", text)
     stated = re.match(r"\s*sep=(.)\s*$", lines[0], re.IGNORECASE) if lines else None
     skip = 1 if stated else 0
     tried = (stated.group(1),) if stated else SEPARATORS if separator is None else (separator,)
     best: tuple[int, str, list[str]] | None = None
-    seen = [n for n in range(skip, min(len(lines), LOOKED_AT)) if _is_content(lines[n])]
-    for number in seen:
+    near = range(skip, min(len(lines), LOOKED_AT))
+    seen = [n for n in near if _is_content(lines[n])]
+    commented = [n for n in near if wanted and lines[n].lstrip().startswith("#")]  # as numpy.savetxt writes its names
+    for number in seen + commented:
         for one in tried:
-            titles = cells_of(lines[number], one)
+            titles = cells_of(lines[number].lstrip("# \t") if number in commented else lines[number], one)
             if wanted and all(_places(titles, name) for name in wanted):
                 return _table(lines, number, one, titles, wanted, path)
             if best is None or _like_names(titles) > _like_names(best[2]):
@@ -153,7 +157,8 @@ def _places(titles: list[str], name: str) -> list[int]:
         found = [place for place, title in enumerate(written) if title == asked]
         if found:
             return found
-    return []
+    number = re.fullmatch(r"#(\d+)", name)
+    return [int(number.group(1)) - 1] if number and 1 <= int(number.group(1)) <= len(titles) else []
 
 
 def cells_of(line: str, separator: str) -> list[str]:
@@ -166,6 +171,11 @@ def cells_of(line: str, separator: str) -> list[str]:
         return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
     except csv.Error:
         return [cell.strip().strip('"') for cell in line.split(separator)]
+
+
+def is_lost(cell: str) -> bool:
+    """Whether a cell says that there is no value."""
+    return cell.casefold() in LOST
 
 
 def is_number(cell: str) -> bool:

@@ -59,6 +59,11 @@ def _stated(text: str) -> str | None:
     return next((unit for unit, spellings in _SPELLINGS.items() if word in spellings.split()), None)
 
 
+def is_date(cell: str) -> bool:
+    """Whether a cell is a date with time of day, or a time of day, and no plain number."""
+    return ":" in cell and not np.isnan(_time(cell))
+
+
 def _time(cell: str) -> float:
     """A number, a date with time of day, or a time of day, in seconds."""
     try:

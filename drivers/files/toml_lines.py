@@ -1,7 +1,8 @@
-"""Line of a key in a TOML file, for error messages."""
+"""TOML by hand: the line of a key in a file, for error messages, and texts as they are written."""
 
 from __future__ import annotations
 
+import json
 import re
 
 _HEADER = re.compile(r"^\s*\[(\[)?\s*([A-Za-z0-9_-]+)\s*\]?\]\s*(#.*)?$")
@@ -24,3 +25,8 @@ def lines_of(text: str) -> dict[Where, int]:
         elif key := _KEY.match(line):
             found.setdefault((table, index, key.group(1)), number)
     return found
+
+
+def quoted(text: str) -> str:
+    """A text as TOML writes it."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -7,19 +7,24 @@ not name may hold anything.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from drivers.errors import UnreadableFile
+from drivers.files.began import moment_of
 from drivers.files.recording import SAME_RATE, Recording, read_bytes
 from drivers.quantities import PER_UNIT
 from drivers.signal.block import Floats
 from drivers.units import level_of
 
 TIME_RESPONSE = 1
+_BEGUN_TWICE = re.compile(rb"\s*    -1 *\r?\n(?=    -1 *\r?\n)")
+"""The mark of a set's beginning, of which some writers put two in front of the first."""
 AXES = {0: "", 1: "X", 2: "Y", 3: "Z", 4: "RX", 5: "RY", 6: "RZ"}
 QUANTITIES = {8: "displacement", 11: "velocity", 12: "acceleration"}
 
@@ -48,10 +53,17 @@ def read_uff(path: Path, wanted: Sequence[str] = ()) -> Recording:
         unit = level_of(str(one.get("ordinate_axis_units_lab", "")))[0]
         quantity = QUANTITIES.get(one.get("ordinate_spec_data_type", 0))
         stated[title] = (quantity, unit if quantity is None or unit in PER_UNIT[quantity] else None)
-    return Recording(name, rate, columns, stated, rates_hz=rates, starts_s=starts)
+    began = moment_of(str(first.get("id3", "")))
+    return Recording(name, rate, columns, stated, rates_hz=rates, starts_s=starts, began=began)
 
 
 def _sets(path: Path) -> list[dict[str, Any]]:
+    contents = path.read_bytes()
+    if twice := _BEGUN_TWICE.match(contents):  # pyuff takes sets from mark to mark, and would take what is between them
+        with TemporaryDirectory() as folder:
+            mended = Path(folder) / path.name
+            mended.write_bytes(contents[twice.end() :])
+            return _sets(mended)
     import pyuff  # only those who read such files pay for it
 
     try:
@@ -75,8 +87,9 @@ def _sets(path: Path) -> list[dict[str, Any]]:
 def _all(sets: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     """Every set under a name that no other has."""
     found: dict[str, dict[str, Any]] = {}
+    names = [name for one in sets for name in {title_of(one), text_of(one)}]
     for number, one in enumerate(sets, start=1):
-        title = next((name for name in (title_of(one), text_of(one)) if name and name not in found), f"#{number}")
+        title = next((name for name in (title_of(one), text_of(one)) if name and names.count(name) == 1), f"#{number}")
         if "broken" not in one:
             found[title] = one
     return found

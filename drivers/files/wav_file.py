@@ -9,16 +9,20 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
 from drivers.errors import UnreadableFile
+from drivers.files.began import moment_of
 from drivers.files.recording import Recording, read_bytes
 from drivers.signal.block import Floats
 
 PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
 KNOWN = (b"data", b"fmt ", b"LIST", b"fact", b"bext", b"iXML", b"cue ", b"smpl", b"JUNK", b"id3 ", b"PEAK")
+LOOKED_AT = 4096
+"""Bytes in which the date of a recording is looked for."""
 OPEN = (0, 0xFFFFFFFF, 0xFFFFFFFE, 0x7FFFFFFF)
 """Sizes of a chunk that was still being written."""
 
@@ -50,7 +54,14 @@ def read_wav(path: Path) -> Recording:
         raise UnreadableFile("holds samples that are no finite numbers: record again", path=name)
     rows = samples.reshape(-1, form.channels).T
     columns = {str(i): row for i, row in enumerate(rows, start=1)}
-    return Recording(name, float(form.rate), columns, unitless=True, notes=tuple(notes))
+    return Recording(name, float(form.rate), columns, unitless=True, began=_began(contents), notes=tuple(notes))
+
+
+def _began(contents: bytes) -> datetime | None:
+    """Date and time of day in the chunk bext of broadcast files (EBU Tech 3285)."""
+    at = contents.find(b"bext", 12, LOOKED_AT)
+    stated = contents[at + 8 + 320 : at + 8 + 338] if at >= 0 else b""
+    return moment_of(f"{stated[:10].decode('latin-1')} {stated[10:].decode('latin-1')}".replace("\0", " "))
 
 
 def _chunks(contents: bytes) -> tuple[bytes, memoryview, list[str]]:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli.commands import arrange, bench, chaos, database, design, readings, study, token
+from service.cli.commands import arrange, bench, chaos, database, design, drafts, readings, study, token
 from service.cli.support import can_options
 from service.cli.support.options import DatabaseUrl, OneSession
 from service.errors import DrumtrueError
@@ -169,6 +169,9 @@ app.command("import")(database.import_)
 app.command()(readings.simulate)
 app.command()(readings.bridge)
 app.command()(readings.record)
+app.command()(readings.check)
+app.command()(drafts.layout)
+app.command()(drafts.mapping)
 app.command()(readings.replay)
 app.command()(study.study)
 app.command()(chaos.chaos)

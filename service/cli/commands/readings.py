@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Annotated
 
@@ -133,6 +134,35 @@ def record(
     else:
         read = waveform_of(waveform, layout, started_at) if waveform else Simulation(seed, interval, waveforms)
     record_until_stopped(file, read, source, count)
+
+
+def check(
+    path: Annotated[Path | None, typer.Argument(help="A CAN log of any kind; left out: the bus of --can.")] = None,
+    can: can_options.Bus = "",
+    mapping: can_options.MappingFile = None,
+    sensors: can_options.Sensors = "P,Q",
+    planes: can_options.Planes = "1,2",
+    j1939: can_options.J1939 = False,
+    frames: Annotated[int, typer.Option(min=0, help="Frames of mapped messages that are shown one by one.")] = 20,
+    seconds: Annotated[float, typer.Option(min=0.1, help="How long the bus is listened to.")] = 10.0,
+    started_at: can_options.StartedAt = None,
+) -> None:
+    """Decode a bus or a log by a mapping and show values and reasons of refusal; nothing is stored or sent.
+
+    Ends with status 1 where it gives no reading.
+    """
+    if bool(can) == (path is not None):
+        raise typer.BadParameter("name a log, or a bus with --can", param_hint="--can")
+    from drivers.can.bus import parse_bus
+    from service.cli.commands.check import check_bus, check_log
+    from service.cli.support.signals import on_stop
+
+    messages = can_options.mapping_of(mapping, sensors, planes, j1939=j1939)
+    if path is not None:
+        raise SystemExit(check_log(path, messages, frames, started_at))
+    stop = threading.Event()
+    on_stop(stop.set)
+    raise SystemExit(check_bus(parse_bus(can), messages, frames, seconds, stop))
 
 
 def replay(
