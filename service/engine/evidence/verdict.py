@@ -29,15 +29,17 @@ def checks_of_now(drum: Drum) -> tuple[Run, ...]:
     plan = drum.fitted
     if plan is None:
         return ()
-    wanted = mapping.masses_on_rotor(plan)
+    wanted = tuple(mapping.masses_on_rotor(plan))
     found: list[Run] = []
-    for run in drum.runs:
-        if not _same(drum.machine, run.masses, wanted):
-            # An excluded run still tells what was on the drum.
-            found.clear()
-        elif run.kind == "check" and not run.excluded and _after_last_change(drum, run):
+    same = wanted  # masses of the run before, which long sessions repeat
+    # Backwards, to the last run with other masses; an excluded run still tells what was on the drum.
+    for run in reversed(drum.runs):
+        if run.masses != same and not _same(drum.machine, run.masses, wanted):
+            break
+        same = run.masses
+        if run.kind == "check" and not run.excluded and _after_last_change(drum, run):
             found.append(run)
-    return tuple(found)
+    return tuple(reversed(found))
 
 
 def before_after(drum: Drum) -> tuple[BeforeAfter, ...]:

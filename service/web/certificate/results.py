@@ -14,6 +14,8 @@ from service.web.pictures import bars, end_view, polar
 from service.web.pictures.reader import Reader
 from service.web.pictures.words import mass_words
 
+MAX_RUNS = 40
+"""Runs in the table of a certificate: the first, which all others are compared with, and the latest."""
 MAX_POLAR = 4
 """Polar plots on a certificate; with more sensors the table of runs has to do."""
 
@@ -172,21 +174,26 @@ def polar_plots(session: Session, plan: Plan | None, reader: Reader) -> tuple[Pa
 
 
 def runs(session: Session, reader: Reader) -> tuple[Part, ...]:
-    """Every run: kind, speed, masses, readings; excluded ones with the reason."""
+    """Every run: kind, speed, masses, readings; excluded ones with the reason. Of many the first and the latest."""
     _, show = reader.gettext, reader.show
     kinds = {"initial": _("as found"), "trial": _("trial"), "check": _("check"), "correction": _("with corrections")}
     sensors = {sensor.name: sensor for sensor in session.machine.sensors}
     if not session.runs:
         return (Lines((_("No run has been taken."),)),)
     rows = []
-    for run in session.runs:
+    left_out = max(len(session.runs) - MAX_RUNS, 0)
+    for run in (*session.runs[:1], *session.runs[1 + left_out :]):
         kind = kinds[run.kind]
         if run.excluded:
             kind = _("%(kind)s (excluded: %(reason)s)") % {"kind": kind, "reason": run.reason or DASH}
         fitted = mass_words(run.masses, reader, most=8) or DASH
         rows.append((str(run.number), kind, show.speed(run.nominal_speed_rpm), fitted, _readings(run, sensors, reader)))
     heads = (_("Run"), _("Kind"), _("Speed"), _("Masses on the drum"), _("Readings"))
-    return (Table(heads, tuple(rows), (5, 16, 10, 30, 39), frozenset({0, 2})),)
+    table = Table(heads, tuple(rows), (5, 16, 10, 30, 39), frozenset({0, 2}))
+    if not left_out:
+        return (table,)
+    said = _("%(count)s earlier runs are not in this table; the data of the session (JSON) have them all.")
+    return (table, Lines((said % {"count": left_out},)))
 
 
 def coefficients(report: Report, reader: Reader) -> tuple[Part, ...]:

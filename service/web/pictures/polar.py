@@ -21,6 +21,8 @@ from service.web.units import Unit
 WIDTH, RADIUS = 560.0, 200.0
 CENTRE: Point = (WIDTH / 2, 262.0)
 ROW = 22.0
+MAX_RUNS = 24
+"""Runs that are drawn: more hide each other."""
 _BADGE = 11.0
 
 
@@ -48,15 +50,16 @@ def polar_plot(
 ) -> Picture:
     """Draw the vectors of a sensor at one nominal speed (default: the service speed).
 
-    Excluded runs are left out, run-out is subtracted. predicted: what a plan or correction leads one to expect, with
-    the circle that its interval spans. close_up: only as far as prediction and limit reach, for what is near the
-    centre; longer vectors are left out. legend: say every run in words below. Angles as in `compass`.
+    Excluded runs are left out, run-out is subtracted; of more than `MAX_RUNS` the first and the latest are drawn.
+    predicted: what a plan or correction leads one to expect, with the circle that its interval spans. close_up: only as
+    far as prediction and limit reach, for what is near the centre; longer vectors are left out. legend: say every run
+    in words below. Angles as in `compass`.
     """
     _ = reader.gettext
     spec = next(s for s in machine.sensors if s.name == sensor)
     speed = machine.service_speed_rpm if speed_rpm is None else speed_rpm
     shown = reader.amplitude_unit(spec)
-    seen = [s for run in runs if (s := _seen(machine, spec, run, run_out, speed, shown)) is not None]
+    seen = _latest([s for run in runs if (s := _seen(machine, spec, run, run_out, speed, shown)) is not None])
     limit = mapping.limit_of(machine, mapping.Channel(spec, speed))
     marks = _Marks(machine, shown, predicted, None if limit is None else shown.show(limit))
     paper = Paper(compass_of(machine, CENTRE), RADIUS, marks.highest(seen, close_up))
@@ -77,6 +80,11 @@ def polar_plot(
     items.append(Words((WIDTH / 2, 20.0), title, "pic-title", size=17.0))
     height = CENTRE[1] + RADIUS + (44.0 + ROW * len(rows) if legend else 30.0)
     return Picture(WIDTH, height, title, "; ".join(text for _cls, text in rows), tuple(items))
+
+
+def _latest(seen: list[Seen]) -> list[Seen]:
+    """The first run, which all others are compared with, and the latest."""
+    return seen if len(seen) <= MAX_RUNS else [seen[0], *seen[1 - MAX_RUNS :]]
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,6 @@ def sessions_page(page: PageDep, words: str = "", state: str = "", start: int = 
 
 
 @router.get("/{session_id}/runs")
-def runs_page(page: PageDep, session_id: Key) -> HTMLResponse:
-    """All runs of a session, and what is set down about it."""
-    return steps.show_all(page, look(page.work, session_id))
+def runs_page(page: PageDep, session_id: Key, before: int | None = None) -> HTMLResponse:
+    """Runs of a session, newest first, page by page, and what is set down about it."""
+    return steps.show_all(page, look(page.work, session_id), before)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,6 +50,7 @@ def show(
     typing: bool = False,
     held: Kept | None = None,
     template: str | None = None,
+    runs: Sequence[Run] = (),
 ) -> HTMLResponse:
     """A step of a session; the next one unless another is asked for, to look back."""
     shown = step if step in STEPS and guide.reached(step) else guide.step
@@ -68,13 +70,15 @@ def show(
         over_speed=highest_speed(guide.session.machine),
         typing=typing,
         kept=held,
+        runs=runs,
         **_OF_STEP[shown](page, guide),
     )
 
 
-def show_all(page: Page, guide: Guide) -> HTMLResponse:
-    """All runs of a session, whatever the step."""
-    return show(page, guide, "initial", template="runs")
+def show_all(page: Page, guide: Guide, before: int | None = None) -> HTMLResponse:
+    """Runs of a session, newest first, whatever the step; those with a number below `before`, page by page."""
+    runs = tuple(run for run in guide.session.runs if before is None or run.number < before)
+    return show(page, guide, "initial", template="runs", runs=runs)
 
 
 # ---------------------------------------------------------------- of each step
