@@ -7,26 +7,36 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 import psycopg
 from psycopg.pq import TransactionStatus
 from sqlalchemy import Connection, Engine, create_engine, event
-from sqlalchemy.engine import make_url
+from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
+from db.bounded_connection import CONNECT_S, PING_S, BoundedConnection
 from db.history import History
 from db.pubsub import Notices
 from db.store import Store
 
 BUSY_TIMEOUT_MS = 15_000
+POOL_S = 2.0
+"""How long a unit of work waits for one of the connections to PostgreSQL, where statements have a time-out."""
 _DISK_FULL = "53100"
 """PostgreSQL's SQLSTATE."""
 _TRY_AGAIN = ("40P01", "40001")
 """PostgreSQL's SQLSTATEs of a deadlock and of a failure to serialise."""
 _READING = (sqlite3.SQLITE_IOERR_READ, sqlite3.SQLITE_IOERR_SHORT_READ)
+_READ_ONLY = "25006"
+"""PostgreSQL's SQLSTATE of a server that is a stand-by, or was set to take no changes."""
+
+
+class FileGone(Exception):
+    """SQLite's file was deleted, moved or replaced while it was open: what is written would be in no file."""
 
 
 class Undone(Exception):
@@ -57,6 +67,13 @@ def is_away(error: OperationalError) -> bool:
     return starting_or_ending or code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
+def is_read_only(error: BaseException) -> bool:
+    """Whether the engine may only be read: its file or folder cannot be written, or its server takes no changes."""
+    said = getattr(error, "orig", None) or error
+    code = getattr(said, "sqlite_errorcode", 0) & 0xFF
+    return code == sqlite3.SQLITE_READONLY or getattr(said, "sqlstate", None) == _READ_ONLY
+
+
 def is_deadlock(error: BaseException) -> bool:
     """Whether the engine ended a unit of work because two waited for each other: done again, it goes through."""
     return getattr(getattr(error, "orig", None), "sqlstate", None) in _TRY_AGAIN
@@ -71,13 +88,17 @@ class Database:
 
     Threads of one process queue for SQLite's write lock here: SQLite itself would have them sleep and try again, up to
     a tenth of a second at a time, whoever came first.
+
+    patience_s: how long PostgreSQL may take for one statement before the unit of work fails; None: as long as it takes.
+    A service has one; commands that migrate, check or back up wait for statements that take long.
     """
 
-    def __init__(self, url: str) -> None:
+    def __init__(self, url: str, patience_s: float | None = None) -> None:
         self.url = make_url(url)
-        self.engine = _engine(url)
+        self.engine = _engine(url, patience_s)
         self.notices = Notices(self.engine)
         self._writer = threading.Lock()
+        self._file: tuple[int, int] | None = None
 
     @property
     def embedded(self) -> bool:
@@ -88,6 +109,7 @@ class Database:
     def write(self, actor: str, now: Callable[[], datetime]) -> Iterator[Store]:
         """A unit of work that commits at its end, its history with it; actor: who acts; now: the clock."""
         engine = self.engine.execution_options(begin="IMMEDIATE")
+        self._require_file()
         with Session(engine, expire_on_commit=False) as session:
             with self._queue(), session.begin():
                 history = History(session, actor, now)
@@ -96,6 +118,21 @@ class Database:
                 history.finish()
                 self.notices.announce(session)
             self.notices.tell(session)
+
+    def _require_file(self) -> None:
+        """Raise FileGone unless SQLite's file is the one that was first opened; a new one would be made silently."""
+        if not self.embedded or self.url.database in (None, "", ":memory:"):
+            return
+        try:
+            found = Path(str(self.url.database)).stat()
+        except FileNotFoundError:
+            if self._file is None:
+                return  # it is about to be made
+            raise FileGone(f"{self.url.database} is not there any more") from None
+        seen = (found.st_dev, found.st_ino)
+        self._file = self._file or seen
+        if seen != self._file:
+            raise FileGone(f"{self.url.database} is another file than the one that was opened")
 
     @contextmanager
     def _queue(self) -> Iterator[None]:
@@ -110,6 +147,7 @@ class Database:
     @contextmanager
     def read(self) -> Iterator[Store]:
         """A unit of work that only looks, at one moment: all its statements see the same."""
+        self._require_file()
         engine = self.engine if self.embedded else self.engine.execution_options(isolation_level="REPEATABLE READ")
         with Session(engine) as session:
             yield Store(session)
@@ -138,20 +176,46 @@ def _require_alive(session: Session) -> None:
         raise Undone("a statement of this unit of work was refused, and all of it undone: nothing was stored")
 
 
-def _engine(url: str) -> Engine:
+def _engine(url: str, patience_s: float | None) -> Engine:
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
-        return create_engine(parsed, pool_pre_ping=True)
+        return _server_engine(parsed, patience_s)
     engine = create_engine(parsed, connect_args={"check_same_thread": False})
     event.listen(engine, "connect", _prepare_sqlite)
     event.listen(engine, "begin", _begin_sqlite)
     return engine
 
 
+def _server_engine(url: URL, patience_s: float | None) -> Engine:
+    """An engine over PostgreSQL, which tries a connection that was idle before it hands it out."""
+    if patience_s is None:
+        return create_engine(url, pool_pre_ping=True)
+    engine = create_engine(url, pool_pre_ping=True, pool_timeout=POOL_S)
+    ping = engine.dialect.do_ping
+
+    def connect(_dialect: object, _record: object, where: list[Any], how: dict[str, Any]) -> BoundedConnection:
+        limits = {"connect_timeout": CONNECT_S, "tcp_user_timeout": int(1e3 * patience_s), "keepalives_idle": 5}
+        made = BoundedConnection.connect(*where, **{**limits, **how})
+        made.patience_s = patience_s
+        return made
+
+    def ping_briefly(dbapi_connection: Any) -> bool:
+        dbapi_connection.patience_s = min(PING_S, patience_s)
+        try:
+            return ping(dbapi_connection)
+        finally:
+            dbapi_connection.patience_s = patience_s
+
+    event.listen(engine, "do_connect", connect)
+    engine.dialect.do_ping = ping_briefly  # type: ignore[method-assign]
+    return engine
+
+
 def _prepare_sqlite(connection: Any, _record: object) -> None:
     # The driver's own idea of when a transaction begins would defeat BEGIN IMMEDIATE.
     connection.isolation_level = None
-    for pragma in ("journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON", f"busy_timeout={BUSY_TIMEOUT_MS}"):
+    # First of all how long to wait: another process may be making the file at this moment.
+    for pragma in (f"busy_timeout={BUSY_TIMEOUT_MS}", "journal_mode=WAL", "synchronous=FULL", "foreign_keys=ON"):
         connection.execute(f"PRAGMA {pragma}")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -10,22 +12,34 @@ from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import Connection
+from sqlalchemy import Connection, text
 
 from db.database import Database
 from db.rows import Base
 
+_MIGRATING = 4_672
+"""Advisory lock of PostgreSQL."""
+
 
 def upgrade(database: Database, revision: str = "head") -> None:
-    """Bring the schema up to `revision`, keeping the data."""
-    with database.engine.begin() as connection:
+    """Bring the schema up to `revision`, keeping the data. Several processes that do it at once wait for each other."""
+    with _alone(database) as connection:
         command.upgrade(_config(connection), revision)
 
 
 def downgrade(database: Database, revision: str) -> None:
     """Take the schema back to `revision`; `base` is before the first table."""
-    with database.engine.begin() as connection:
+    with _alone(database) as connection:
         command.downgrade(_config(connection), revision)
+
+
+@contextmanager
+def _alone(database: Database) -> Iterator[Connection]:
+    """A unit of work for which all others that change the schema wait, and which then sees what they have done."""
+    with database.engine.execution_options(begin="IMMEDIATE").begin() as connection:
+        if connection.dialect.name == "postgresql":
+            connection.execute(text("SELECT pg_advisory_xact_lock(:key)"), {"key": _MIGRATING})
+        yield connection
 
 
 def present_revision(database: Database) -> str | None:

@@ -6,6 +6,7 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
+from anyio import to_thread
 from fastapi import FastAPI
 
 from service import bootstrap
@@ -24,6 +25,8 @@ from service.web import pages
 from service.web.routers import reports
 
 PREFIX = "/api/v1"
+THREADS = 120
+"""Requests that may wait for storage at once; while it hangs, others must still find a thread."""
 
 
 def create_app(settings: Settings, work: AppContext | None = None) -> FastAPI:
@@ -32,6 +35,7 @@ def create_app(settings: Settings, work: AppContext | None = None) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         app.state.work = work or bootstrap.build_work(settings)
+        to_thread.current_default_thread_limiter().total_tokens = THREADS
         yield
         if work is None:
             app.state.work.database.close()

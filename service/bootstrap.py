@@ -10,9 +10,9 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, OperationalError
 
 from db import migrate
-from db.database import Database, lacks_room
+from db.database import Database, is_read_only, lacks_room
 from service.errors import Conflict, InvalidInput, Unavailable
-from service.runtime.context import AppContext, storage_full
+from service.runtime.context import AppContext, storage_full, storage_read_only
 from service.runtime.solver_slots import SolverSlots
 from service.settings import Settings
 
@@ -30,15 +30,17 @@ def migrate_database(settings: Settings) -> tuple[str | None, str | None]:
         database.close()
 
 
-def open_database(settings: Settings, *, create: bool = True) -> Database:
+def open_database(settings: Settings, *, create: bool = True, patience_s: float | None = None) -> Database:
     """The database, its schema up to date: an empty or older SQLite file is migrated, a PostgreSQL must be already.
+
+    patience_s: as of `Database`.
 
     Raises Conflict for a PostgreSQL whose schema is not the one this version needs, and for any database that a newer
     version has migrated; Unavailable for an SQLite file that is not there, unless it may be created.
     """
     if not create:
         _require_file(settings)
-    database = _database(settings)
+    database = _database(settings, patience_s)
     try:
         with _answering(settings):
             _make_current(database)
@@ -65,9 +67,9 @@ def _make_current(database: Database) -> None:
     )
 
 
-def _database(settings: Settings) -> Database:
+def _database(settings: Settings, patience_s: float | None = None) -> Database:
     try:
-        database = Database(settings.database_url)
+        database = Database(settings.database_url, patience_s)
     except (ArgumentError, NoSuchModuleError, ModuleNotFoundError) as wrong:
         raise InvalidInput(
             f"{settings.shown!r} is no database address: {wrong}",
@@ -124,6 +126,8 @@ def _answering(settings: Settings) -> Iterator[None]:
             ) from broken
         if isinstance(broken, OperationalError) and lacks_room(broken):
             raise storage_full(broken) from broken
+        if isinstance(broken, OperationalError) and is_read_only(broken):
+            raise storage_read_only(broken) from broken
         reason = broken.orig if isinstance(broken, DatabaseError) else broken
         raise Unavailable(
             f"the database {settings.shown} does not answer: {reason}",
@@ -133,9 +137,12 @@ def _answering(settings: Settings) -> Iterator[None]:
         ) from broken
 
 
-def build_work(settings: Settings, *, create: bool = True) -> AppContext:
-    """Everything the use cases need. create: an SQLite file that is not there becomes a new one."""
-    database = open_database(settings, create=create)
+def build_work(settings: Settings, *, create: bool = True, patience_s: float | None = None) -> AppContext:
+    """Everything the use cases need.
+
+    create: an SQLite file that is not there becomes a new one. patience_s: as of `Database`.
+    """
+    database = open_database(settings, create=create, patience_s=patience_s)
     return AppContext(
         database=database,
         max_readings=settings.max_readings,

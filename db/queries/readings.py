@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, cast
 
 from sqlalchemy import ColumnElement, CursorResult, Select, delete, func, insert, literal, or_, select, update
 
+from db.bounded_connection import be_patient
 from db.bulk_insert import NewReading, insert_new
 from db.pubsub import stream
 from db.queries.base import Queries
@@ -38,6 +39,8 @@ _LOOKUP_CHUNK = 400
 WITHDRAWN = "withdrawn"
 """`apart` of a reading that was taken out by hand."""
 
+ROLLING_S = 600.0
+"""How long a statement may take that rolls up an hour of readings, or waits for another that does."""
 _ROLLING = 7_325_119
 """Advisory lock of PostgreSQL under which readings are rolled up."""
 
@@ -283,6 +286,7 @@ class Readings(Queries):
     def roll_up_alone(self) -> None:
         """Wait for others that roll up, until the unit of work ends: each reading is to go into one row only."""
         if self._session.get_bind().dialect.name == "postgresql":  # SQLite has one writer at a time anyhow
+            be_patient(self._session.connection(), ROLLING_S)
             self._session.execute(select(func.pg_advisory_xact_lock(_ROLLING)))
 
     def oldest_reading(self, source: str) -> datetime | None:

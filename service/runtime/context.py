@@ -13,14 +13,16 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
-from sqlalchemy.exc import OperationalError, StatementError
+from sqlalchemy.exc import DBAPIError, OperationalError, StatementError
+from sqlalchemy.exc import TimeoutError as PoolTimeout
 
-from db.database import Database, is_away, is_deadlock, lacks_room
+from db.database import Database, FileGone, is_away, is_deadlock, is_read_only, lacks_room
 from db.rows import Base
 from db.set_apart import require_readable
 from db.store import Store
 from db.unreadable import DocumentRefused, UnreadableRow
 from service.errors import Abandoned, Conflict, InvalidInput, NotFound, StorageFull, Unavailable
+from service.messages import Message
 from service.runtime.group_commit import GroupCommit
 from service.runtime.listeners import Listeners
 from service.runtime.metrics import Metrics
@@ -30,6 +32,8 @@ Row = TypeVar("Row", bound=Base)
 Argument = TypeVar("Argument")
 Outcome = TypeVar("Outcome")
 MAX_DEADLOCKS = 4
+AWAY_S = 3
+"""When to ask again where the database does not answer, s."""
 _log = logging.getLogger("drumtrue.storage")
 
 
@@ -41,6 +45,10 @@ def utc_now() -> datetime:
 def new_id() -> str:
     """An identifier that nobody can guess."""
     return uuid.uuid4().hex
+
+
+def _is_away(error: Exception) -> bool:
+    return isinstance(error, Unavailable) and error.code == Unavailable.code
 
 
 def never() -> bool:
@@ -67,7 +75,7 @@ class AppContext:
     max_ahead_s: float = 60.0
     actor: str = "local"
     meters: Metrics = field(default_factory=Metrics)
-    together: GroupCommit[Any, Any] = field(default_factory=GroupCommit)
+    together: GroupCommit[Any, Any] = field(default_factory=lambda: GroupCommit(_is_away))
     turns: SolverSlots = field(default_factory=SolverSlots)
     long_list: threading.Lock = field(default_factory=threading.Lock)
     listeners: Listeners = field(default_factory=Listeners)
@@ -130,28 +138,37 @@ def _stored(unit: AbstractContextManager[Store]) -> Iterator[Store]:
             yield store
     except UnreadableRow as found:
         raise unreadable(found) from found
-    except OperationalError as error:
-        if lacks_room(error):
-            _log.error("not stored: %s", error.orig)
-            raise storage_full(error) from error
-        if is_deadlock(error):
-            raise Unavailable(
-                "two requests waited for each other in the database, and this one was undone",
-                code="deadlock",
-                retry_after_s=1,
-                advice="nothing was stored; send the request again",
-            ) from error
-        if is_away(error):
-            _log.error("no answer: %s", error.orig)
-            raise Unavailable(
-                f"the database does not answer now: {error.orig}",
-                advice="ask again in a few seconds; with the same Idempotency-Key nothing is done twice",
-            ) from error
-        raise
+    except FileGone as error:
+        _log.error("not stored: %s", error)
+        raise Unavailable(Message("storage_gone", reason=str(error)), retry_after_s=AWAY_S) from error
+    except PoolTimeout as error:
+        _log.error("no answer: %s", error)
+        raise Unavailable(Message("unavailable.connections"), retry_after_s=AWAY_S) from error
+    except DBAPIError as error:
+        named = _named(error)
+        if named is None:
+            raise
+        raise named from error
     except StatementError as error:
         if isinstance(error.orig, DocumentRefused):
             raise _refused(error.orig) from error
         raise
+
+
+def _named(error: DBAPIError) -> Unavailable | None:
+    """The error for what an engine says of itself: its disk, its file, its server; None for any other."""
+    if lacks_room(error):
+        _log.error("not stored: %s", error.orig)
+        return storage_full(error)
+    if is_read_only(error):
+        _log.error("not stored: %s", error.orig)
+        return storage_read_only(error)
+    if is_deadlock(error):
+        return Unavailable(Message("deadlock"), retry_after_s=1)
+    if isinstance(error, OperationalError) and is_away(error):
+        _log.error("no answer: %s", error.orig)
+        return Unavailable(Message("unavailable.silent", reason=str(error.orig)), retry_after_s=AWAY_S)
+    return None
 
 
 def again_after_deadlock(act: Callable[[Argument], Outcome]) -> Callable[[Argument], Outcome]:
@@ -193,13 +210,18 @@ def _refused(error: DocumentRefused) -> InvalidInput:
     )
 
 
-def storage_full(error: OperationalError) -> StorageFull:
+def storage_full(error: DBAPIError) -> StorageFull:
     """The error for what the engine had no room for."""
     return StorageFull(
         f"the database has no room for this: {error.orig}",
         advice="nothing was stored; make room on the database's disk, or raise its quota or limit of a file's size, "
         "then try again; where there is room, have the disk looked at",
     )
+
+
+def storage_read_only(error: DBAPIError) -> Unavailable:
+    """The error for a change where the engine may only be read."""
+    return Unavailable(Message("storage_read_only", reason=str(error.orig)), retry_after_s=60)
 
 
 def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> Row:

@@ -22,10 +22,12 @@ Batch = Callable[[Sequence[Item]], Sequence[Outcome | Exception]]
 class GroupCommit(Generic[Item, Outcome]):
     """Gathers items while a batch is under way and does them as the next batch.
 
-    A `batch` is handed all items that wait and answers each; what it raises itself is raised to all of them.
+    A `batch` is handed all items that wait and answers each; what it raises itself is raised to all of them, and where
+    it is `hopeless` to those as well who have come meanwhile: they would only wait for the same.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, hopeless: Callable[[Exception], bool] = lambda _: False) -> None:
+        self._hopeless = hopeless
         self._door = threading.Lock()
         self._waiting: list[_Waiting[Item, Outcome]] = []
         self._under_way = False
@@ -67,6 +69,9 @@ class GroupCommit(Generic[Item, Outcome]):
             outcomes = batch([one.item for one in waiting])
             _require_whole(waiting, outcomes)
         except Exception as broken:
+            if self._hopeless(broken):
+                with self._door:
+                    waiting, self._waiting = [*waiting, *self._waiting], []
             outcomes = [broken] * len(waiting)
         except BaseException:
             # The process is told to end: who waits must not take his item for done.

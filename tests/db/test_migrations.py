@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -96,6 +99,30 @@ def test_drift_is_seen(database: Database) -> None:
 def test_an_empty_embedded_database_is_migrated_when_it_is_opened(tmp_path: Path) -> None:
     opened = bootstrap.open_database(Settings(database_url=f"sqlite:///{tmp_path / 'drumtrue.db'}"))
     assert migrate.present_revision(opened) == migrate.newest_revision()
+
+
+@pytest.mark.parametrize("older", [False, True], ids=["new", "older"])
+def test_several_that_open_a_file_at_once_wait_for_each_other(tmp_path: Path, older: bool) -> None:
+    settings = Settings(database_url=f"sqlite:///{tmp_path / 'drumtrue.db'}")
+    if older:
+        with closing(Database(settings.database_url)) as first:
+            migrate.upgrade(first, migrate.revisions()[2])
+    start = threading.Barrier(6)
+
+    def opened(_number: int) -> str | None:
+        start.wait(10)
+        with closing(bootstrap.open_database(settings)) as database:
+            return migrate.present_revision(database)
+
+    with ThreadPoolExecutor(6) as threads:
+        assert set(threads.map(opened, range(6))) == {migrate.newest_revision()}
+
+
+def test_several_that_migrate_a_server_at_once_wait_for_each_other(empty_url: str) -> None:
+    settings = Settings(database_url=empty_url)
+    with ThreadPoolExecutor(3) as threads:
+        after = [threads.submit(bootstrap.migrate_database, settings) for _ in range(3)]
+        assert {one.result()[1] for one in after} == {migrate.newest_revision()}
 
 
 def test_a_server_database_that_is_out_of_date_is_refused(empty_url: str, monkeypatch: pytest.MonkeyPatch) -> None:

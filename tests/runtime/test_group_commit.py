@@ -129,3 +129,18 @@ def test_under_many_requests_each_is_done_once(way: str) -> None:
         assert found == [2 * item for item in range(300, 600)]
         assert looped is None or looped.result() == [2 * item for item in range(300)]
     assert sorted(seen) == list(range(0 if looped else 300, 600))
+
+
+def test_what_is_hopeless_for_one_batch_is_told_to_those_who_wait_for_the_next() -> None:
+    slow, together = Slow(), GroupCommit[int, int](lambda error: isinstance(error, OSError))
+    with ThreadPoolExecutor(3) as threads:
+        first = threads.submit(together.do, 99, slow)
+        assert slow.begun.wait(10)
+        others = [threads.submit(together.do, item, slow) for item in (1, 2)]
+        while len(together._waiting) < len(others):
+            threading.Event().wait(0.001)
+        slow.go.set()
+        for one in (first, *others):
+            assert isinstance(one.exception(10), OSError)
+    assert slow.batches == [[99]]
+    assert together.do(3, slow) == 6

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from service.cli.commands.can_listener import CanListener
 
 MAX_DESCRIPTORS = 65_536
+PATIENCE_S = 4.0
+"""How long PostgreSQL may take for one statement of a request before it counts as away."""
 GRACE_S = 3
 """How long a stop waits for requests under way."""
 YOUNG_OBJECTS = 10_000
@@ -123,7 +125,7 @@ def serving(settings: Settings) -> Iterator[str]:
 @contextmanager
 def _working(settings: Settings) -> Iterator[AppContext]:
     """Everything the use cases need, made before the server: a database that cannot be used is told in words."""
-    work = bootstrap.build_work(settings)
+    work = bootstrap.build_work(settings, patience_s=PATIENCE_S)
     try:
         yield work
     finally:
