@@ -9,7 +9,7 @@ quadratic and cannot be stated.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,7 @@ class Linear:
     """Minimise sum(t) over n, t with C n + d <= t[of], G n <= h, 0 <= n <= most.
 
     plane, position, item, most: (K,) of each n. C: (R, K), d: (R,), of: (R,) index of t. G: (L, K), h: (L,).
+    vector: (K,) complex g, of one piece.
     """
 
     plane: IntArray
@@ -38,6 +39,7 @@ class Linear:
     of: IntArray
     G: FloatArray
     h: FloatArray
+    vector: ComplexArray
 
     def selection(self, counts: IntArray, planes: int) -> Selection:
         """Pieces that n = `counts` stand for."""
@@ -60,6 +62,13 @@ def cannot_state(problem: SelectionProblem) -> str | None:
 
 def linear(problem: SelectionProblem) -> Linear:
     """State a problem with norm components, sum or max."""
+    bare = linear_without_costs(problem)
+    C, d, of = _cost(problem, bare.plane, bare.vector)
+    return replace(bare, C=C, d=d, of=of)
+
+
+def linear_without_costs(problem: SelectionProblem) -> Linear:
+    """State the whole numbers and limits of a problem; C, d and of are empty."""
     places = [
         (p, h, i)
         for p, plane in enumerate(problem.planes)
@@ -70,12 +79,13 @@ def linear(problem: SelectionProblem) -> Linear:
     plane, position, item = np.array(places, dtype=np.int64).reshape(-1, 3).T
     mass = effective_g(problem.stock)[item]
     angles = np.array([problem.planes[p].angles[h] for p, h, _ in places])
-    C, d, of = _cost(problem, plane, (mass * np.exp(1j * angles)).astype(np.complex128))
     G, h = _limits(problem, plane, position, item, mass)
     capacity = np.array([problem.planes[p].capacity[h] for p, h, _ in places])
     pieces = np.array([problem.planes[p].max_pieces for p, _, _ in places])
     most = np.minimum(np.minimum(capacity, pieces), problem.stock.counts[item])
-    return Linear(plane, position, item, most, C, d, of, G, h)
+    empty = np.empty((0, len(places)))
+    vector = np.asarray(mass * np.exp(1j * angles), dtype=np.complex128)
+    return Linear(plane, position, item, most, empty, np.empty(0), np.empty(0, np.int64), G, h, vector)
 
 
 def _cost(problem: SelectionProblem, plane: IntArray, vector: ComplexArray) -> tuple[FloatArray, FloatArray, IntArray]:

@@ -19,6 +19,7 @@ from service.bench.selection.coding import Coded
 from service.bench.selection.hsbalance import HSBALANCE
 from service.bench.selection.linear import cannot_state, linear
 from service.bench.selection.peer import Abilities, Found, Peer
+from service.bench.selection.scip import SCIP
 
 POPULATION = 50
 WORKERS = 2
@@ -153,5 +154,6 @@ def peers() -> tuple[Peer, ...]:
         Peer("HiGHS (scipy)", "scipy", solve_highs, cannot_state, True, HIGHS),
         Peer("pymoo mixed GA", "pymoo", solve_pymoo, _anything, False, PYMOO),
         Peer("mealpy Jaya", "mealpy", solve_mealpy, _anything, False, MEALPY),
+        SCIP,
         HSBALANCE,
     )

@@ -39,6 +39,19 @@ def selection(
 
 
 @app.command()
+def frontier(
+    quick: Annotated[bool, typer.Option("--quick", help="A few sizes only.")] = False,
+    markdown: Markdown = False,
+    budget: Annotated[float, typer.Option(min=0.1, help="Processor seconds for each problem.")] = 10.0,
+    beside: Annotated[bool, typer.Option("--beside", help="Named peers too (the extra `bench`).")] = False,
+) -> None:
+    """What is proved within a processor time as masses, holes, kinds, planes and sensors grow."""
+    from service.bench.selection.frontier import bench_frontier
+
+    bench_frontier(budget_s=budget, quick=quick, markdown=markdown, beside=beside)
+
+
+@app.command()
 def arrangement(
     quick: Annotated[bool, typer.Option("--quick", help="Small problems only.")] = False,
     markdown: Markdown = False,
