@@ -26,7 +26,9 @@ from service.model.base import to_plain
 _LOCK = 7_325_118
 """Advisory lock of PostgreSQL under which the chain grows; SQLite has one writer at a time anyhow."""
 _PARTS = (RunRow, CorrectionRow, PlanRow, StopRow)
-_UNTOLD = frozenset({"audit", "login", "idempotency", "source_mark", "reading_range", "source_clock"})
+_UNTOLD = frozenset(
+    {"audit", "login", "idempotency", "source_mark", "reading_range", "source_clock", "design_progress"}
+)
 """Tables without history: itself, browsers that come and go, keys of requests, counters that never stand still."""
 KINDS = frozenset(Base.metadata.tables) - _UNTOLD - {StockBalanceRow.__tablename__}
 """What an entry may be about: the names of the tables with history."""

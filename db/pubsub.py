@@ -1,7 +1,8 @@
 """Publish and subscribe to stored changes: in this process at once, in others by PostgreSQL's NOTIFY.
 
-A notice carries no data, only the key of a machine or a session that something was stored of; who is woken looks for
-itself. So a notice may be lost (a cut connection, a crash) or come twice: the one costs a delay, the other a look.
+A notice carries no data, only the key of a machine, session or design run that something was stored of; who is woken
+looks for itself. So a notice may be lost (a cut connection, a crash) or come twice: the one costs a delay, the other a
+look.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ RETRY_S = 1.0
 LISTEN_S = 0.5
 """How long the listening connection waits before it looks whether to stop."""
 
-_KEYS = ("machine_id", "session_id")
+_KEYS = ("machine_id", "session_id", "design_run_id")
 _ROWS = "topics of rows"
 _STREAMS = "topics of streams"
 
@@ -150,9 +151,9 @@ def _topics(session: Session, kind: str) -> set[str]:
 
 @event.listens_for(Session, "before_flush")
 def _notice_rows(session: Session, _context: Any, _instances: Any) -> None:
-    """Each row that changes names the machine or session it is of; a session's row is one itself."""
+    """Each row that changes names the machine, session or design run it is of; a session's row is one itself."""
     for row in (*session.new, *session.dirty):
         keys = [getattr(row, name, None) for name in _KEYS]
-        if row.__tablename__ in ("session", "machine"):
+        if row.__tablename__ in ("session", "machine", "design_run"):
             keys.append(row.id)
         session.info.setdefault(_ROWS, set()).update(key for key in keys if key)

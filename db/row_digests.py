@@ -37,6 +37,8 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
     "stop": ("id", "session_id", "number", "stop"),
     "influence": ("id", "machine_id", "session_id", "machine_type", "learned_at", "learned"),
     "arrangement": ("id", "machine_id", "session_id", "created_at", "arrangement"),
+    "design_study": ("id", "created_at", "updated_at", "study"),
+    "design_run": ("id", "study_id", "created_at", "run"),
     "place_set": ("id", "machine_id", "name", "places", "updated_at"),
     "part_entry": ("id", "machine_id", "part", "arrangement_id", "record"),
     "source": ("name", "machine_id", "bound_at"),

@@ -24,6 +24,7 @@ from service.model.access import Scope
 from service.model.arrangement import Arrangement, PartRecord, Place
 from service.model.correction import Correction
 from service.model.counters import FrameCounter
+from service.model.design_run import DesignProgress, DesignRun, DesignStudy
 from service.model.findings import Findings
 from service.model.influence import LearnedInfluence
 from service.model.machine import CatalogueItem, Machine
@@ -204,6 +205,40 @@ class ArrangementRow(Base):
     session_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("session.id"))
     created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
     arrangement: Mapped[Arrangement] = mapped_column(Document(Arrangement))
+
+
+class DesignStudyRow(Base):
+    """A design study as it stands, as a document; what it was before is in the history."""
+
+    __tablename__ = "design_study"
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    created_at: Mapped[datetime] = mapped_column(UtcTime)
+    updated_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
+    study: Mapped[DesignStudy] = mapped_column(Document(DesignStudy))
+
+
+class DesignRunRow(Base):
+    """A computation of an optimum or a front, with or without a stored study, and what it found."""
+
+    __tablename__ = "design_run"
+    __table_args__ = (Index(None, "study_id", "created_at"),)
+
+    id: Mapped[str] = mapped_column(_KEY, primary_key=True)
+    study_id: Mapped[str | None] = mapped_column(_KEY, ForeignKey("design_study.id"))
+    created_at: Mapped[datetime] = mapped_column(UtcTime, index=True)
+    run: Mapped[DesignRun] = mapped_column(Document(DesignRun))
+
+
+class DesignProgressRow(Base):
+    """How far a run is, and whether it is to stop: written while it lasts, without history, removed at its end."""
+
+    __tablename__ = "design_progress"
+
+    design_run_id: Mapped[str] = mapped_column(_KEY, ForeignKey("design_run.id"), primary_key=True)
+    beat_at: Mapped[datetime] = mapped_column(UtcTime)
+    stop: Mapped[bool]
+    progress: Mapped[DesignProgress] = mapped_column(Document(DesignProgress))
 
 
 class PlaceSetRow(Base):

@@ -15,7 +15,19 @@ from service.api.auth import Guard
 from service.api.headers import SecurityHeaders
 from service.api.limits import BodyLimit
 from service.api.request_rules import RequestRules
-from service.api.routers import arrangements, blocks, designs, health, history, live, machines, readings, sessions
+from service.api.routers import (
+    arrangements,
+    blocks,
+    design_runs,
+    design_studies,
+    designs,
+    health,
+    history,
+    live,
+    machines,
+    readings,
+    sessions,
+)
 from service.api.telemetry import Observed
 from service.runtime.context import AppContext
 from service.settings import Settings
@@ -37,6 +49,7 @@ def create_app(settings: Settings, work: AppContext | None = None) -> FastAPI:
         app.state.work = work or bootstrap.build_work(settings)
         to_thread.current_default_thread_limiter().total_tokens = THREADS
         yield
+        app.state.work.background.close()
         if work is None:
             app.state.work.database.close()
 
@@ -58,7 +71,8 @@ def create_app(settings: Settings, work: AppContext | None = None) -> FastAPI:
     app.add_middleware(Observed)
     problems.install(app)
     # First what is asked most often.
-    for room in (readings, machines, sessions, arrangements, history, live, blocks, designs, health):
+    rooms = (readings, machines, sessions, arrangements, history, live, blocks)
+    for room in (*rooms, designs, design_studies, design_runs, health):
         app.include_router(room.router, prefix=PREFIX)
     app.include_router(health.router, include_in_schema=False)
     for prefix in ("", PREFIX):

@@ -31,6 +31,10 @@ class Queries:
         self._session.add(row)
         self._session.flush()
 
+    def delete(self, row: Base) -> None:
+        """Remove a row at the end of the unit of work; the history tells of it."""
+        self._session.delete(row)
+
     def added(self, row: Base) -> bool:
         """Store a new row in a part of the unit; False, and nothing is done, where another has its key or its name."""
         try:

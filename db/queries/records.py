@@ -16,6 +16,8 @@ from db.rows import (
     Base,
     CatalogueRow,
     CorrectionRow,
+    DesignRunRow,
+    DesignStudyRow,
     InfluenceRow,
     MachineRow,
     PartEntryRow,
@@ -111,6 +113,19 @@ class Records(Queries):
         return self._session.scalars(
             select(PartEntryRow).where(PartEntryRow.id.in_(latest)).order_by(PartEntryRow.part)
         ).all()
+
+    # ------------------------------------------------------------ design studies
+    def design_studies(self, limit: int, offset: int) -> Sequence[DesignStudyRow]:
+        """Design studies, the one changed last first."""
+        query = select(DesignStudyRow).order_by(DesignStudyRow.updated_at.desc(), DesignStudyRow.id)
+        return readable(self._page(query, limit, offset))
+
+    def design_runs(self, limit: int, offset: int, *, study_id: str | None = None) -> Sequence[DesignRunRow]:
+        """Runs of design studies, newest first; study_id: of this one."""
+        query = select(DesignRunRow).order_by(DesignRunRow.created_at.desc(), DesignRunRow.id)
+        if study_id is not None:
+            query = query.where(DesignRunRow.study_id == study_id)
+        return readable(self._page(query, limit, offset))
 
     # ------------------------------------------------------------ of a session
     def runs(self, session_id: str) -> Sequence[RunRow]:

@@ -21,6 +21,7 @@ from starlette.exceptions import HTTPException
 
 from service.errors import InvalidInput, PreconditionFailed, UnsupportedMediaType
 from service.model.base import adapter, write_json
+from service.model.design_run import DesignStudy
 from service.model.plan import Plan
 from service.model.session import Session
 from service.runtime import idempotency
@@ -42,7 +43,8 @@ class StrictRoute(APIRoute):
 
     FastAPI reads the text into dictionaries first, for which strict documents are too strict (a list is no tuple, a
     text no time); validated as JSON the same documents read well, and faster. A query parameter that the operation does
-    not have is refused. A POST takes an `Idempotency-Key`; a session or plan is answered with its version as `ETag`.
+    not have is refused. A POST takes an `Idempotency-Key`; a session, plan or design study is answered with its version
+    as `ETag`.
     """
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **given: Any) -> None:
@@ -131,7 +133,7 @@ def _to_its_end(value: Any) -> Any:
 
 
 def _written(endpoint: Callable[..., Any], status: int, returned: Any) -> Callable[..., Any]:
-    """The endpoint, what it returns written as JSON at once; a session or plan with its version in the header ETag.
+    """The endpoint, what it returns written as JSON at once; what has versions, with its own in the header ETag.
 
     FastAPI would check it once more and write it in another turn of its threads, which costs more than the work of a
     short request.
@@ -141,7 +143,7 @@ def _written(endpoint: Callable[..., Any], status: int, returned: Any) -> Callab
         made = value if isinstance(value, Response) else None
         if made is None:
             made = Response(write_json(value, returned), status, media_type="application/json")
-        if returned in (Session, Plan):
+        if returned in (Session, Plan, DesignStudy):
             version = json.loads(bytes(made.body))["version"] if made is value else value.version
             made.headers["etag"] = f'"{version}"'
         return made

@@ -15,7 +15,7 @@ from service.design.study import DesignProblem, Document, Simulation
 from service.messages import Message
 from service.optimize.differential_evolution import VARIANTS, DifferentialEvolution
 from service.optimize.differential_search import DifferentialSearch
-from service.optimize.epsilon import EpsilonConstraint, FrontPoint
+from service.optimize.epsilon import EpsilonConstraint, FrontPoint, TwoObjectives
 from service.optimize.front import hypervolume
 from service.optimize.jaya import Jaya
 from service.optimize.kkt import residuals
@@ -137,12 +137,11 @@ def front(
     Raises RefusedDesign for a document without two such responses.
     """
     problem = study_of(document).problem(document)
-    if problem.front is None or problem.front_names is None:
-        raise refusal(Message("design_no_front", field="aim.front"))
+    pair, names = _two_objectives(problem)
     began = clock()
-    convex = all(region.convex for region in problem.front.regions)
+    convex = all(region.convex for region in pair.regions)
     search = EpsilonConstraint(
-        problem.front,
+        pair,
         points,
         np.random.default_rng(seed),
         starts=0 if convex else 1,
@@ -158,7 +157,7 @@ def front(
             break
     objectives, designs = search.front()
     return FrontOutcome(
-        names=problem.front_names,
+        names=names,
         objectives=objectives,
         x=designs,
         documents=tuple(problem.apply(x) for x in designs),
@@ -167,6 +166,23 @@ def front(
         seed=seed,
         complete=complete,
     )
+
+
+def require_optimum(document: Document, method: str | None = None) -> None:
+    """Raise RefusedDesign for a document that cannot be optimised, or not by this method."""
+    problem = study_of(document).problem(document)
+    _require_method(problem, default_method(problem) if method is None else method)
+
+
+def require_front(document: Document) -> None:
+    """Raise RefusedDesign for a document without two responses to trade off."""
+    _two_objectives(study_of(document).problem(document))
+
+
+def _two_objectives(problem: DesignProblem) -> tuple[TwoObjectives, tuple[str, str]]:
+    if problem.front is None or problem.front_names is None:
+        raise refusal(Message("design_no_front", field="aim.front"))
+    return problem.front, problem.front_names
 
 
 def _budget(problem: DesignProblem, method: str) -> int:
@@ -196,8 +212,7 @@ class _Enumeration:
         return Progress(1, found[0], found[1], 0.0, 1)
 
 
-def _search(problem: DesignProblem, method: str, seed: int) -> Search:
-    rng = np.random.default_rng(seed)
+def _require_method(problem: DesignProblem, method: str) -> None:
     known = [
         name
         for name in METHODS
@@ -207,6 +222,11 @@ def _search(problem: DesignProblem, method: str, seed: int) -> Search:
     ]
     if method not in known:
         raise refusal(Message("design_name_unknown", field="method", value=method, known=listed(known)))
+
+
+def _search(problem: DesignProblem, method: str, seed: int) -> Search:
+    _require_method(problem, method)
+    rng = np.random.default_rng(seed)
     if method == ENUMERATION:
         return _Enumeration(problem)
     if method == SQP:

@@ -23,6 +23,7 @@ from db.store import Store
 from db.unreadable import DocumentRefused, UnreadableRow
 from service.errors import Abandoned, Conflict, InvalidInput, NotFound, StorageFull, Unavailable
 from service.messages import Message
+from service.runtime.background import Background
 from service.runtime.group_commit import GroupCommit
 from service.runtime.listeners import Listeners
 from service.runtime.metrics import Metrics
@@ -63,6 +64,7 @@ class AppContext:
     max_ahead_s: readings that are dated further ahead of the moment at which they come are set apart.
 
     together: small batches of readings that come at the same time share a unit of work. turns: to compute a selection.
+    background: computations that outlast the request that began them.
     long_list: held while a long list of readings is stored; several at once would be done no sooner, and all that is
     asked meanwhile would wait for all of them.
     """
@@ -79,6 +81,7 @@ class AppContext:
     turns: SolverSlots = field(default_factory=SolverSlots)
     long_list: threading.Lock = field(default_factory=threading.Lock)
     listeners: Listeners = field(default_factory=Listeners)
+    background: Background = field(default_factory=Background)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
     """A unit of work under way that `write` joins: whoever began it ends it."""
     gone: Callable[[], bool] = never
@@ -229,10 +232,10 @@ def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> R
     row = store.lock(kind, key) if lock else store.get(kind, key)
     if row is None:
         noun = kind.__tablename__.replace("_", " ")
-        listed = noun in ("machine", "catalogue", "session", "source")
+        listed = noun in ("machine", "catalogue", "session", "source", "design study", "design run")
         raise NotFound(
             f"there is no {noun} {key!r}",
-            field=f"{noun}_id",
+            field=f"{kind.__tablename__}_id",
             value=key,
             advice=f"list the {noun}s and take one of them" if listed else "take its id from GET /sessions/{id}",
         )

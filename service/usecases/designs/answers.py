@@ -82,7 +82,7 @@ def optimise(work: AppContext, request: told.DesignOptimiseRequest) -> told.Desi
             clock=work.monotonic,
             deadline_s=request.time_limit_s,
         )
-    return _outcome(found, _units(request.document))
+    return outcome(found, request.document)
 
 
 def front(work: AppContext, request: told.DesignFrontRequest) -> told.DesignFront:
@@ -92,11 +92,16 @@ def front(work: AppContext, request: told.DesignFrontRequest) -> told.DesignFron
             request.document,
             request.points,
             request.seed,
-            ceiling=math.inf if request.ceiling is None else request.ceiling,
+            ceiling=ceiling(request.ceiling),
             stop=work.gone,
             clock=work.monotonic,
             deadline_s=request.time_limit_s,
         )
+    return front_of(found)
+
+
+def front_of(found: optimising.FrontOutcome) -> told.DesignFront:
+    """A front as it is answered."""
     rows = zip(found.objectives.tolist(), found.documents, strict=True)
     points = tuple(
         told.DesignFrontPoint(first=pair[0], second=pair[1], design=dict(document["design"])) for pair, document in rows
@@ -121,7 +126,18 @@ def judge(work: AppContext, name: str) -> told.DesignVerdict:
         )
         for one in found.designs
     )
-    return told.DesignVerdict(title=found.title, designs=designs, optimum=_outcome(found.optimum, units))
+    return told.DesignVerdict(title=found.title, designs=designs, optimum=outcome(found.optimum, document))
+
+
+def ceiling(stated: float | None) -> float:
+    """The greatest second response of interest, infinite where none is stated."""
+    return math.inf if stated is None else stated
+
+
+def in_unit(value: float, quantity: str, document: told.DesignDocument) -> tuple[float | None, str]:
+    """A value in SI in the unit of a document, and that unit; None where it has none."""
+    units = _units(document)
+    return _number(value, quantity, units), unit_of(quantity, units)
 
 
 def _units(document: told.DesignDocument) -> Mapping[str, str]:
@@ -170,7 +186,9 @@ def _claim(one: ClaimCheck, units: Mapping[str, str]) -> told.DesignClaim:
     )
 
 
-def _outcome(found: optimising.Outcome, units: Mapping[str, str]) -> told.DesignOutcome:
+def outcome(found: optimising.Outcome, document: told.DesignDocument) -> told.DesignOutcome:
+    """An optimum as it is answered, in the units of its document."""
+    units = _units(document)
     evidence, result = found.evidence, found.result
     return told.DesignOutcome(
         method=found.method,
