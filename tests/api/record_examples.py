@@ -137,6 +137,26 @@ def study_designs(recorder: Recorder) -> None:
     recorder.ask("POST", "/design-optima", {"document": gear})
     wheel = {**recorder.shop.ask("GET", "/designs/flywheel_thresher")["document"], "published": [], "limits": {}}
     recorder.ask("POST", "/design-fronts", {"document": wheel, "points": 3})
+    keep_designs(recorder, gear)
+
+
+def keep_designs(recorder: Recorder, gear: dict[str, Any]) -> None:
+    """A study that is kept and changed, and a run of it."""
+    study = recorder.ask("POST", "/design-studies", {"name": "Gear of the drive", "document": gear})["id"]
+    wider = {**gear, "design": {**gear["design"], "width": 95.0}}
+    changed = {"name": "Gear of the drive", "document": wider, "note": "wider"}
+    recorder.ask("PUT", f"/design-studies/{study}", changed)
+    recorder.ask("GET", f"/design-studies/{study}")
+    recorder.ask("GET", "/design-studies")
+    recorder.ask("GET", f"/design-studies/{study}/versions")
+    recorder.ask("GET", f"/design-studies/{study}/versions/1")
+    run = recorder.ask("POST", "/design-runs", {"study_id": study})["id"]
+    recorder.shop.work.background.wait(run)
+    recorder.ask("GET", f"/design-runs/{run}")
+    recorder.ask("GET", f"/design-runs?study_id={study}")
+    recorder.ask("GET", f"/design-runs/{run}/now")
+    recorder.stream(f"/design-runs/{run}/events")
+    recorder.ask("DELETE", f"/design-runs/{run}")
 
 
 def prepare(recorder: Recorder) -> tuple[str, str]:

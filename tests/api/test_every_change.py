@@ -36,9 +36,10 @@ CHANGES_NOTHING = frozenset(
         "evaluate_design",
         "optimise_design",
         "trade_design_off",
+        "stop_design_run",  # only asks: the run tells of its end itself
     }
 )
-"""Operations that are no GET and store nothing."""
+"""Operations that are no GET and change nothing that has a history."""
 METHODS = {
     operation["operationId"]: method.upper()
     for methods in application().openapi()["paths"].values()

@@ -29,7 +29,8 @@ def ended(shop: Workshop, body: dict[str, Any]) -> dict[str, Any]:
     run = shop.post("/design-runs", body)
     assert run["state"] == "running"
     shop.work.background.wait(run["id"], 60.0)
-    return shop.get(f"/design-runs/{run['id']}")
+    found: dict[str, Any] = shop.get(f"/design-runs/{run['id']}")
+    return found
 
 
 def events(shop: Workshop, run_id: str) -> list[dict[str, Any]]:
