@@ -22,6 +22,7 @@ from service.api import routers
 from service.api.openapi import examples
 from service.api.strict_json import StrictRoute
 from service.model.base import adapter
+from service.model.design_run import DesignRunNow
 from service.usecases.sessions.live import Live
 from tests.api import record_examples
 from tests.support.http.workshop import Workshop, application
@@ -101,6 +102,10 @@ def test_examples_are_what_the_service_answers_today() -> None:
             assert difference is None, f"{difference}\n{record_examples.__doc__}"
 
 
+STREAMS: dict[str, tuple[str, Any]] = {"follow": ("live", Live), "follow_design_run": ("progress", DesignRunNow)}
+"""Event and document of each operation that answers with a stream."""
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_examples_are_of_their_types(name: str) -> None:
     route = next(route for route in routes() if route.name == name)
@@ -108,8 +113,9 @@ def test_examples_are_of_their_types(name: str) -> None:
     answered: Any = get_type_hints(route.endpoint, include_extras=True)["return"]
     if answered is StreamingResponse:
         kind, data = example["response"].strip().split("\n")
-        assert kind == "event: live"
-        adapter(Live).validate_json(data.removeprefix("data: "))
+        event, told = STREAMS[name]
+        assert kind == f"event: {event}"
+        adapter(told).validate_json(data.removeprefix("data: "))
     else:
         adapter(answered).validate_json(json.dumps(example["response"]))
     assert ("request" in example) == (route.body_field is not None)
