@@ -68,13 +68,13 @@ def _session(world: World, machine: Machine) -> Iterator[tuple[str, bool]]:
         runs.append(as_run(machine, len(runs) + 1, "trial", trial, world.run(trial)))
     pieces: tuple[Piece, ...] = ()
     for after in ("", " after"):
-        used = _flat(runs)
+        used = flat(runs)
         correction = solve_correction(machine, used, (), CorrectionRequest(source="fit"), number=1, key="c")
         best = np.asarray(np.linalg.lstsq(world.influence, -world.initial, rcond=None)[0], dtype=np.complex128)
         yield from ((f"ellipse{after}", inside) for inside in _ellipses(machine, correction, best))
         fitted = fit_again(machine, used, (), correction)
-        wanted = _rounded(machine, correction)
-        pieces = _bolted(world, pieces, wanted)
+        wanted = rounded(machine, correction)
+        pieces = bolted(world, pieces, wanted)
         placed = [_placement(machine, piece) for piece in pieces]
         expected = predicted_with(machine, fitted, on_planes(pieces, len(case.planes), true=False), placed)
         truth = np.abs(world.true(on_planes(pieces, len(case.planes), true=True)))
@@ -144,7 +144,8 @@ def as_run(machine: Machine, number: int, kind: RunKind, pieces: Sequence[Piece]
     ]
 
 
-def _flat(runs: Sequence[list[Run]]) -> tuple[Run, ...]:
+def flat(runs: Sequence[list[Run]]) -> tuple[Run, ...]:
+    """Runs of all speeds in one row."""
     return tuple(run for one in runs for run in one)
 
 
@@ -164,7 +165,7 @@ def _within(expected: Sequence[SensorVector], truth: Real, *, next_reading: bool
             yield bool(span.low <= value <= span.high)
 
 
-def _rounded(machine: Machine, correction: Correction) -> list[tuple[int, complex]]:
+def rounded(machine: Machine, correction: Correction) -> list[tuple[int, complex]]:
     """Pieces of the stock nearest to a correction: in each plane two in the holes beside it, in steps of 5 g."""
     wanted = []
     for p, mass in enumerate(correction.corrections):
@@ -181,7 +182,7 @@ def _rounded(machine: Machine, correction: Correction) -> list[tuple[int, comple
     return wanted
 
 
-def _bolted(world: World, before: Sequence[Piece], wanted: Sequence[tuple[int, complex]]) -> tuple[Piece, ...]:
+def bolted(world: World, before: Sequence[Piece], wanted: Sequence[tuple[int, complex]]) -> tuple[Piece, ...]:
     """The pieces wanted: those that are on already stay as they are."""
     left = list(before)
     out = []

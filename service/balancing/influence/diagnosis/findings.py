@@ -21,6 +21,7 @@ Code = Literal[
     "not_unbalance_axial",
     "not_unbalance_direction",
     "not_unbalance_phase",
+    "one_of_runs_wrong",
     "phase_unsteady",
     "plane_correction_in_noise",
     "planes_buck",

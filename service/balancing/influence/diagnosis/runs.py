@@ -6,8 +6,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from service.balancing.influence.diagnosis.blame import check_missed, named_alone, one_of_several
 from service.balancing.influence.diagnosis.findings import Finding, RunConditions
 from service.balancing.influence.diagnosis.misfit import Misfit, improbable, misfit_of, worst_miss
+from service.balancing.influence.diagnosis.suspects import suspects_of
 from service.balancing.influence.fit import InfluenceFit, RunSet, fit_influence
 from service.balancing.rotor.phasors import IntArray
 from service.messages import Message
@@ -29,13 +31,15 @@ _MIRROR = 0.1
 def examine(runs: RunSet, fit: InfluenceFit, known: RunConditions) -> list[Finding]:
     """Examine the runs against each other, against the model and against its mirror image."""
     found = _contradictions(runs)
-    if len(runs.masses) == runs.masses.shape[1] + 1 or found:
+    if len(runs.masses) == runs.masses.shape[1] + 1:
         return found
+    if found:
+        return found + _named_of_contradictory(runs, fit, known)
     if worst_miss(runs, fit) <= _WORTH_SAYING:
         return found  # the usual session ends here
     misfit = misfit_of(runs, fit)
     mirrored = _mirrored(runs, misfit)
-    return found + ([mirrored] if mirrored else _misfits(runs, misfit, known))
+    return [mirrored] if mirrored else _misfits(runs, fit, misfit, known)
 
 
 @lru_cache(maxsize=16)
@@ -76,6 +80,12 @@ def _contradictions(runs: RunSet) -> list[Finding]:
     return found
 
 
+def _named_of_contradictory(runs: RunSet, fit: InfluenceFit, known: RunConditions) -> list[Finding]:
+    """The one run that is wrong, where runs of the same masses differ and the others tell which."""
+    found = suspects_of(runs, fit, known.nominal_rpm)
+    return [named_alone(runs.labels, found, worst_miss(runs, fit))] if found.named else []
+
+
 def _mirrored(runs: RunSet, misfit: Misfit) -> Finding | None:
     """Find that mirrored masses explain the runs far better than those stated."""
     if misfit.relative.max() < _CHECK_MISSED:
@@ -92,50 +102,22 @@ def _mirrored(runs: RunSet, misfit: Misfit) -> Finding | None:
     )
 
 
-def _misfits(runs: RunSet, misfit: Misfit, known: RunConditions) -> list[Finding]:
-    """Find the check run that missed its prediction, the one bad run, or that no single run is to blame."""
-    name = runs.labels
+def _misfits(runs: RunSet, fit: InfluenceFit, misfit: Misfit, known: RunConditions) -> list[Finding]:
+    """Find the run that is wrong, or the runs of which one is, or that no single run is to blame."""
     check = known.check if known.check is not None else np.zeros(len(runs.masses), dtype=bool)
     improbably = improbable(misfit.statistic, misfit.freedom, _BAD_RUN) & (misfit.relative > _WORTH_SAYING)
     blind = (misfit.freedom == 0) & (misfit.relative > _CHECK_MISSED_UNSTATED)
     missed = [int(k) for k in np.flatnonzero(check & (misfit.relative > _CHECK_MISSED) & (improbably | blind))]
-    suspects = [int(k) for k in np.flatnonzero(improbably)]
-    sound = [k for k in suspects if _rest_is_sound(runs, k)]
-    if missed and (len(sound) != 1 or check[sound[0]]):
-        k = missed[-1]
-        return [
-            Finding(
-                Message("prediction_missed", run=name.run(k), missed=misfit.relative[k]),
-                "error" if misfit.relative[k] > _CHECK_MISSED_UNSTATED else "warning",
-                runs=(k,),
-            )
-        ]
-    if len(sound) == 1:
-        best = sound[0]
-        return [
-            Finding(
-                Message("bad_run", run=name.run(best), missed=misfit.relative[best]),
-                "error",
-                runs=(best,),
-            )
-        ]
-    if not suspects:
+    wrong = [int(k) for k in np.flatnonzero(improbably)]
+    if not missed and not wrong:
         return []
-    return [
-        Finding(
-            Message("not_linear", runs=map(name.run, suspects), missed=misfit.relative.max()),
-            "warning",
-            runs=tuple(suspects),
-        )
-    ]
-
-
-def _rest_is_sound(runs: RunSet, k: int) -> bool:
-    """Whether the other runs fit each other once run k is left out."""
-    kept = np.arange(len(runs.masses)) != k
-    rest = RunSet(runs.masses[kept], runs.vibration[kept], runs.scatter[kept], runs.labels)
-    fit = fit_influence(rest, "leave_out")
-    if not (fit.dof > 0).any():
-        return False
-    misfit = misfit_of(rest, fit)
-    return not (improbable(misfit.statistic, misfit.freedom, _BAD_RUN) & (misfit.relative > _WORTH_SAYING)).any()
+    found = suspects_of(runs, fit, known.nominal_rpm)
+    worst = float(misfit.relative.max())
+    if found.named and (not missed or found.candidates[0].fault.runs != (missed[-1],)):
+        return [named_alone(runs.labels, found, worst)]
+    if missed:
+        return [check_missed(runs.labels, found, missed[-1], float(misfit.relative[missed[-1]]))]
+    if found.sound:
+        return [one_of_several(runs.labels, found, worst)]
+    told = Message("not_linear", runs=map(runs.labels.run, wrong), missed=worst)
+    return [Finding(told, "warning", runs=tuple(wrong))]

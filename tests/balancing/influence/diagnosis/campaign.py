@@ -95,6 +95,7 @@ FAULTY = (
     _faulty("speed_drift", faults.drifting),
     _faulty("speed_off_nominal", faults.at_another_speed),
     _faulty("bad_run", faults.mistyped),
+    _faulty("one_of_runs_wrong", faults.one_of_four),
     _faulty("sense_mirrored", faults.wrong_phase_sense),
     _faulty("sense_mirrored", faults.wrong_angle_sense),
     _faulty("prediction_missed", faults.lost_mass),

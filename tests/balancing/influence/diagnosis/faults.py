@@ -232,3 +232,14 @@ def bent_shaft(seed: int) -> Session:
     rng = np.random.default_rng([seed, 7])
     trials(session, Faults(bent_shaft=Bend(rng.uniform(8.0, 15.0), rng.uniform(0.0, 360.0))))
     return session
+
+
+def one_of_four(seed: int) -> Session:
+    """As found, two trials and one run more: enough to see that one reading is wrong, too little to say which."""
+    session = Session(seed)
+    a, b = session.trial()
+    session.run(NONE)
+    session.run(np.array([a, 0]), typed=lambda v: v * np.array([1.0, 1.5j]))
+    session.run(np.array([0, b]))
+    session.run(np.array([-a, 0.5 * b]))
+    return session
