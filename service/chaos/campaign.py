@@ -13,9 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from service import bootstrap
+from service.chaos.crew import Crew
+from service.chaos.field_bridge import OFFSETS_S
+from service.chaos.gate import Gate
 from service.chaos.instances import Instance, faketime
 from service.chaos.judging import Judgement, judge
-from service.chaos.load import Crew
+from service.chaos.network import held_connections, hung_database, shown_as_present
+from service.chaos.old_database import OldDatabases
 from service.chaos.server import Server, own_server
 from service.errors import InvalidInput
 from service.settings import Settings
@@ -26,7 +30,20 @@ ROOM_BYTES = 200_000
 """By how much the largest file may still grow when the disk is made to be full."""
 SHORT_S = 1.5
 """How long a full disk, or a wrong clock, is worked with."""
-FAULTS = ("kill", "cut", "restart", "disk_full", "clock_back")
+FAULTS = (
+    "kill",
+    "cut",
+    "restart",
+    "hung_database",
+    "disk_full",
+    "clock_back",
+    "wrong_clock",
+    "portal",
+    "half_answers",
+    "held_connections",
+    "killed_migration",
+)
+ON_A_SERVER = ("cut", "restart", "hung_database")
 
 Say = Callable[[str], None]
 
@@ -35,7 +52,7 @@ Say = Callable[[str], None]
 class CampaignOptions:
     """kills: kill -9 of a service. others: how often each of the other faults is done. within_s: longest pause between.
 
-    replicas: services over the one database.
+    replicas: services over the one database. only: no other faults than these, besides kills; empty: all.
     """
 
     kills: int
@@ -46,6 +63,7 @@ class CampaignOptions:
     technicians: int = 3
     seed: int = 1
     within_s: float = 1.0
+    only: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,9 +93,20 @@ def run(wishes: CampaignOptions, say: Say) -> Outcome:
         bootstrap.migrate_database(settings)
         instances = [Instance(url, folder / f"service-{number}.log") for number in range(wishes.replicas)]
         stack.enter_context(_running(instances))
-        crew = Crew([one.url for one in instances], wishes.bridges, wishes.technicians, wishes.seed)
+        rng = random.Random(wishes.seed)
+        gates = [(Gate(one.port, rng), Gate(one.port, rng)) for one in instances]
+        for gate in (gate for pair in gates for gate in pair):
+            stack.callback(gate.close)
+        crew = Crew(
+            [crew_gate.url for crew_gate, _ in gates],
+            wishes.bridges,
+            wishes.technicians,
+            wishes.seed,
+            field_urls=[field_gate.url for _, field_gate in gates],
+            spools=folder,
+        )
         stack.callback(crew.release)  # whatever ends the campaign, its threads must not outlive it
-        site = _Site(instances, server, crew, folder, random.Random(wishes.seed), wishes.within_s, say)
+        site = _Site(instances, server, crew, gates, folder, rng, wishes.within_s, say)
         done, not_done = site.campaign(wishes)
         crew.finish(PATIENCE_S)
         judgement = judge(settings, instances[0].url, crew)
@@ -100,16 +129,20 @@ class _Site:
     instances: list[Instance]
     server: Server | None
     crew: Crew
+    gates: list[tuple[Gate, Gate]]
+    """Of each instance: that of the crew, and that of the product's own bridge."""
     folder: Path
     rng: random.Random
     within_s: float
     say: Say
+    old: OldDatabases | None = None
 
     def campaign(self, wishes: CampaignOptions) -> tuple[dict[str, int], dict[str, str]]:
         """Faults in random order; how often each was done, and why some could not be."""
         not_done = self._impossible()
         order = ["kill"] * wishes.kills
-        order += [name for name in FAULTS[1:] if name not in not_done for _ in range(wishes.others)]
+        wanted = [name for name in FAULTS[1:] if name not in not_done and name in (wishes.only or FAULTS)]
+        order += [name for name in wanted for _ in range(wishes.others)]
         self.rng.shuffle(order)
         self.crew.start()
         done: Counter[str] = Counter()
@@ -126,7 +159,7 @@ class _Site:
         """Faults that cannot be done here, and why."""
         found: dict[str, str] = {}
         if self.server is None:
-            found |= dict.fromkeys(("cut", "restart"), "SQLite has no server")
+            found |= dict.fromkeys(ON_A_SERVER, "SQLite has no server")
         else:
             found["disk_full"] = "the disk that fills up would be the PostgreSQL server's, which is not the product"
         if shutil.which("prlimit") is None:
@@ -154,6 +187,38 @@ class _Site:
     def _restart(self) -> None:
         if self.server is not None:
             self.server.restart()
+
+    def _hung_database(self) -> None:
+        if self.server is not None:
+            self.crew.failures += hung_database(self.server, self.instances)
+
+    def _held_connections(self) -> None:
+        self.crew.failures += held_connections(self.rng.choice(self.instances))
+
+    def _wrong_clock(self) -> None:
+        """Of the source: what it sends from now on is dated by it."""
+        self.crew.field.next_offset_s = self.rng.choice((0.0, *OFFSETS_S))
+        self._let_work()
+        self.crew.failures += shown_as_present(self.rng.choice(self.instances), self.crew.watched)
+
+    def _portal(self) -> None:
+        for _, gate in self.gates:
+            gate.become("portal")
+        time.sleep(SHORT_S)
+        for _, gate in self.gates:
+            gate.become("open")
+
+    def _half_answers(self) -> None:
+        gates = self.rng.choice(self.gates)
+        for gate in gates:
+            gate.become("half_answers")
+        time.sleep(SHORT_S)
+        for gate in gates:
+            gate.become("open")
+
+    def _killed_migration(self) -> None:
+        self.old = self.old or OldDatabases(self.folder, self.server, self.rng)
+        self.crew.failures += self.old.killed()
 
     def _disk_full(self) -> None:
         largest = max(path.stat().st_size for path in self.folder.glob("drumtrue.db*"))

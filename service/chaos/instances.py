@@ -59,6 +59,12 @@ class Instance:
                 )
             time.sleep(0.05)
 
+    def alive_s(self) -> float:
+        """How long it takes to say that it lives. Raises httpx2.HTTPError where it does not within 10 s."""
+        begun = time.monotonic()
+        httpx2.get(f"{self.url}/health/live", timeout=10.0, trust_env=False).raise_for_status()
+        return time.monotonic() - begun
+
     def kill(self) -> None:
         """End it as a crash does."""
         self._end(signal.SIGKILL)

@@ -10,7 +10,9 @@ import httpx2
 from sqlalchemy import Connection, text
 
 from service import bootstrap
-from service.chaos.load import Bridge, Crew, Technician
+from service.chaos.crew import Crew
+from service.chaos.field_bridge import FieldBridge
+from service.chaos.load import Technician
 from service.settings import Settings
 from service.usecases import audit
 
@@ -36,11 +38,13 @@ def judge(settings: Settings, url: str, crew: Crew) -> Judgement:
     wrong: list[str] = []
     with closing(bootstrap.build_work(settings).database) as database, database.engine.connect() as connection:
         for bridge in crew.bridges:
-            wrong += _readings(connection, bridge)
+            wrong += _readings(connection, bridge.source, bridge.acknowledged)
+        wrong += _readings(connection, crew.field.source, crew.field.acknowledged)
+        wrong += _dated_ahead(connection, crew.field)
         out_of_box, below = _stock(connection)
         wrong += below
         stored = {row[0] for row in connection.execute(text("SELECT id FROM session"))}
-    promised = {session for one in crew.technicians for session in one.sessions}
+    promised = {crew.watched, *(session for one in crew.technicians for session in one.sessions)}
     wrong += [f"session {key} was acknowledged and is not stored" for key in sorted(promised - stored)]
     wrong += [f"session {key} is stored and was never acknowledged" for key in sorted(stored - promised)]
     pieces = 0
@@ -57,7 +61,7 @@ def judge(settings: Settings, url: str, crew: Crew) -> Judgement:
         verdict = audit.verify(work)
     wrong += [f"{finding.code}: {finding.detail}" for finding in verdict.findings]
     return Judgement(
-        readings=sum(bridge.acknowledged for bridge in crew.bridges),
+        readings=crew.sent(),
         sessions=len(promised),
         closed=sum(len(one.closed) for one in crew.technicians),
         fitted=sum(len(one.fitted) for one in crew.technicians),
@@ -68,19 +72,29 @@ def judge(settings: Settings, url: str, crew: Crew) -> Judgement:
     )
 
 
-def _readings(connection: Connection, bridge: Bridge) -> Iterator[str]:
+def _readings(connection: Connection, source: str, sent: int) -> Iterator[str]:
     """Each once, and with the values that were sent."""
     query = text(
         "SELECT count(*), count(DISTINCT sequence), coalesce(max(sequence), 0), "
         "coalesce(sum(CASE WHEN amplitude <> sequence OR phase_deg <> sequence % 360 THEN 1 ELSE 0 END), 0) "
         "FROM reading WHERE source = :source"
     )
-    count, distinct, highest, altered = connection.execute(query, {"source": bridge.source}).one()
-    sent = bridge.acknowledged
+    count, distinct, highest, altered = connection.execute(query, {"source": source}).one()
     if (count, distinct, highest) != (sent, sent, sent):
-        yield f"{bridge.source}: {sent} readings acknowledged, {count} stored ({distinct} different), up to {highest}"
+        yield f"{source}: {sent} readings acknowledged, {count} stored ({distinct} different), up to {highest}"
     if altered:
-        yield f"{bridge.source}: {altered} readings are not as they were sent"
+        yield f"{source}: {altered} readings are not as they were sent"
+
+
+def _dated_ahead(connection: Connection, bridge: FieldBridge) -> Iterator[str]:
+    """Set apart is what was dated ahead of its source's clock, and nothing else; nothing was refused."""
+    query = text("SELECT sequence FROM reading WHERE source = :source AND apart IS NOT NULL ORDER BY sequence")
+    apart = [row[0] for row in connection.execute(query, {"source": bridge.source})]
+    odd = [number for number in bridge.odd if number <= bridge.acknowledged]
+    if apart != odd:
+        yield f"{bridge.source}: readings {odd[:9]} were dated ahead, {apart[:9]} are set apart"
+    if bridge.set_aside:
+        yield f"{bridge.source}: {bridge.set_aside} readings were set aside by the bridge"
 
 
 def _stock(connection: Connection) -> tuple[int, list[str]]:

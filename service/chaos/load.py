@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import random
-import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -63,7 +62,7 @@ class Caller:
 
     def __init__(self, urls: Sequence[str], ended: Callable[[], bool], rng: random.Random) -> None:
         self._urls = list(urls)
-        self._ended = ended
+        self.ended = ended
         self._rng = rng
         self._http = httpx2.Client(timeout=TIMEOUT_S, trust_env=False)
         self.interrupted = 0
@@ -73,7 +72,7 @@ class Caller:
         """The answer. Raises GivenUp where the campaign ends first."""
         headers = {} if key is None else {"idempotency-key": key}
         for asked in itertools.count(1):
-            url = self._rng.choice(self._urls)
+            url = self.some_url()
             try:
                 answer = self._http.request(method, f"{url}/api/v1{path}", json=body, headers=headers)
                 # Another request with the same key is still under way: its answer is the one to wait for.
@@ -84,10 +83,14 @@ class Caller:
             except (httpx2.HTTPError, ValueError) as wrong:
                 self.last = f"{type(wrong).__name__}: {wrong}"
             self.interrupted += 1
-            if self._ended():
+            if self.ended():
                 raise GivenUp(f"{method} {path} was not answered before the end; at last: {self.last}")
             time.sleep(PAUSE_S)
         raise AssertionError
+
+    def some_url(self) -> str:
+        """Address of one of the replicas."""
+        return self._rng.choice(self._urls)
 
     def close(self) -> None:
         """Let go of the connections."""
@@ -183,68 +186,3 @@ def reading(source: str, number: int) -> dict[str, Any]:
         "amplitude": float(number),
         "phase_deg": number % 360,
     }
-
-
-class Crew:
-    """Bridges and technicians, each in a thread of its own, until they are told to end."""
-
-    def __init__(self, urls: Sequence[str], bridges: int, technicians: int, seed: int) -> None:
-        self._urls = urls
-        self._seed = seed
-        self._leaving = threading.Event()
-        self._over = threading.Event()
-        self.failures: list[str] = []
-        self.interrupted = 0
-        setup = Caller(urls, lambda: False, random.Random(seed))
-        body = {"name": "box", "items": [{"mass_g": mass, "count": PIECES} for mass in STOCK_G]}
-        self.box_id: str = setup.ask("POST", "/catalogues", body, "box").body["id"]
-        self.bridges = [Bridge(f"bridge-{number}") for number in range(bridges)]
-        machines = [
-            setup.ask("POST", "/machines", {"name": f"drum {number}", **MACHINE}, f"drum-{number}").body["id"]
-            for number in range(max(technicians, 1))
-        ]
-        for bridge in self.bridges:
-            setup.ask("PUT", f"/sources/{bridge.source}", {"machine_id": machines[0]})
-        self.technicians = [
-            Technician(f"technician-{number}", machines[number], self.box_id, random.Random(seed + number))
-            for number in range(technicians)
-        ]
-        setup.close()
-        workers = [*self.bridges, *self.technicians]
-        self._threads = [threading.Thread(target=self._run, args=(n, one)) for n, one in enumerate(workers)]
-
-    def start(self) -> None:
-        """Begin to work."""
-        for thread in self._threads:
-            thread.start()
-
-    def promised(self) -> int:
-        """How much was acknowledged up to now; grows as long as the service answers."""
-        return sum(bridge.acknowledged for bridge in self.bridges) + sum(len(one.sessions) for one in self.technicians)
-
-    def finish(self, patience_s: float) -> None:
-        """Let everyone end what was begun; whoever cannot within the time is a failure."""
-        self._leaving.set()
-        end = time.monotonic() + patience_s
-        for thread in self._threads:
-            thread.join(max(end - time.monotonic(), 0.1))
-        self.release()
-
-    def release(self) -> None:
-        """Let everyone go at once; harmless when they have gone."""
-        self._leaving.set()
-        self._over.set()
-        for thread in self._threads:
-            if thread.is_alive():
-                thread.join()
-
-    def _run(self, number: int, worker: Bridge | Technician) -> None:
-        caller = Caller(self._urls, self._over.is_set, random.Random(1000 * self._seed + number))
-        try:
-            while not self._leaving.is_set():
-                worker.work(caller)
-        except Exception as wrong:  # whatever it is, the campaign has failed and says so
-            self.failures.append(f"{type(wrong).__name__}: {wrong}")
-        finally:
-            self.interrupted += caller.interrupted
-            caller.close()

@@ -8,7 +8,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,26 @@ class Server:
         self.url = str(server.get_uri(database=DATABASE, driver="psycopg"))
         with psycopg.connect(server.get_uri(), autocommit=True) as connection:
             connection.execute(f"CREATE DATABASE {DATABASE}".encode())
+
+    def create(self, name: str, template: str | None = None) -> str:
+        """Make a database, as a copy of that at another address where one is stated; returns its address."""
+        copied = f" TEMPLATE {template.partition('?')[0].rpartition('/')[2]}" if template else ""
+        with psycopg.connect(self._server.get_uri(), autocommit=True) as connection:
+            connection.execute(f"CREATE DATABASE {name}{copied}".encode())
+        return str(self._server.get_uri(database=name, driver="psycopg"))
+
+    @contextmanager
+    def hanging(self) -> Iterator[None]:
+        """For the length of a block the server says nothing and closes nothing, as behind a link that is dead."""
+        number = self._server.get_pid()
+        stopped = [number, *_children(number)]
+        for one in stopped:
+            _signal(one, signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            for one in stopped:
+                _signal(one, signal.SIGCONT)
 
     def cut(self) -> int:
         """End every connection to the database; returns how many there were."""
@@ -64,6 +84,20 @@ def own_server() -> Iterator[Server]:
         yield Server(server)
     finally:
         server.cleanup()
+
+
+def _children(number: int) -> list[int]:
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            if path.read_text().rpartition(")")[2].split()[1] == str(number):
+                found.append(int(path.parent.name))
+    return found
+
+
+def _signal(number: int, name: signal.Signals) -> None:
+    with suppress(ProcessLookupError):
+        os.kill(number, name)
 
 
 def _runs(number: int) -> bool:

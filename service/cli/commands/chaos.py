@@ -14,16 +14,29 @@ def chaos(
     replicas: Annotated[int, typer.Option(min=1, max=8, help="Services over the one database (postgresql).")] = 1,
     seed: Annotated[int, typer.Option(min=0, max=2**31, help="Which moments.")] = 1,
     within: Annotated[float, typer.Option(min=0.0, max=60.0, help="Longest pause before a fault, s.")] = 1.0,
+    only: Annotated[
+        list[str] | None, typer.Option(help="No other faults than this, besides kills; repeatable.")
+    ] = None,
 ) -> None:
     """Break a service under load again and again: nothing acknowledged may be lost or doubled.
 
     Works in a folder and a database of its own. Ends with status 1 where something was not as it was promised.
     """
-    from service.chaos.campaign import CampaignOptions, run
+    from service.chaos.campaign import FAULTS, CampaignOptions, run
 
     if engine not in ("sqlite", "postgresql"):
         raise typer.BadParameter(f"{engine!r} is no engine; use sqlite or postgresql", param_hint="--engine")
-    wishes = CampaignOptions(kills=kills, others=others, engine=engine, replicas=replicas, seed=seed, within_s=within)
+    if unknown := set(only or ()) - set(FAULTS):
+        raise typer.BadParameter(f"{min(unknown)!r} is no fault; use one of {', '.join(FAULTS)}", param_hint="--only")
+    wishes = CampaignOptions(
+        kills=kills,
+        others=others,
+        engine=engine,
+        replicas=replicas,
+        seed=seed,
+        within_s=within,
+        only=tuple(only or ()),
+    )
     outcome = run(wishes, lambda line: print(line, flush=True))
     found = outcome.judgement
     print("done: " + ", ".join(f"{name} {count}" for name, count in sorted(outcome.done.items())))
