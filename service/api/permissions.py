@@ -105,7 +105,10 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
     # Pages
     (
         EVERYONE,
-        ("get_static", "get_icon", "show_login", "log_in", "log_out", "show_preferences", "change_preferences"),
+        (
+            *("get_static", "get_icon", "get_worker", "get_manifest", "show_offline"),
+            *("show_login", "log_in", "log_out", "show_preferences", "change_preferences"),
+        ),
     ),
     (
         LOOKERS,

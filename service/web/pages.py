@@ -11,6 +11,7 @@ from service.web.routers import (
     api_document,
     boxes,
     home,
+    installed,
     listing,
     login,
     machines,
@@ -27,6 +28,7 @@ from service.web.routers import (
 ROUTERS = (
     api_document.router,
     home.router,
+    installed.router,
     login.router,
     preferences.router,
     listing.router,

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
-from fastapi.responses import HTMLResponse, RedirectResponse
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from markupsafe import Markup
 
 from service.messages import Message
@@ -27,6 +27,8 @@ from service.web.wording import Told, advice_of, message_of, sentence
 
 FORM_KEY = "form_key"
 """The field with which a form is known when it is sent again."""
+OUTBOX = "x-outbox"
+"""Header of a form that a page's script sends, and keeps until it is answered."""
 HEADERS = {
     # Nothing from anywhere else, no script or style in the page itself: what a page shows cannot be made to run.
     "content-security-policy": "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
@@ -114,8 +116,13 @@ class Page:
         self.form_token.hand_over(answer)
         return answer
 
-    def goto(self, path: str) -> RedirectResponse:
-        """Send on after a form was taken: loading the next page again stores nothing."""
+    def goto(self, path: str) -> Response:
+        """Send on after a form was taken: loading the next page again stores nothing.
+
+        A script that sent the form is told where to go: it goes there once it has noted that the form was taken.
+        """
+        if OUTBOX in self.request.headers:
+            return Response(status_code=204, headers={"x-goto": path, "cache-control": "no-store"})
         return RedirectResponse(path, status_code=303)
 
     def hidden_fields(self) -> Markup:

@@ -175,7 +175,7 @@ def test_a_run_typed_without_a_link_waits_on_the_tablet_and_is_stored_once(table
     typed(tablet, RUN)
     bench.service.stop()
     tablet.press("Store this run")
-    tablet.page.get_by_text("Not sent yet").wait_for()
+    tablet.page.locator(".waiting").get_by_text("Not sent yet").wait_for()
     assert "3.11" in tablet.page.locator(".waiting").inner_text()
     bench.service.start()
     tablet.heading("Trial run in plane 1")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fastapi import APIRouter
-from fastapi.responses import HTMLResponse, RedirectResponse, Response
+from fastapi.responses import HTMLResponse, Response
 
 from service.errors import TooManyAttempts, Unauthorized
 from service.usecases.access import logins
@@ -49,7 +49,7 @@ def log_in(page: PageDep, typed: TypedDep) -> Response:
 
 
 @router.post("/logout")
-def log_out(page: PageDep) -> RedirectResponse:
+def log_out(page: PageDep) -> Response:
     """End the login at the server too: its cookie is worth nothing from now on."""
     if secret := page.request.cookies.get(COOKIE):
         logins.log_out(page.work, secret)
@@ -58,7 +58,7 @@ def log_out(page: PageDep) -> RedirectResponse:
     return answer
 
 
-def _with_cookie(page: Page, answer: RedirectResponse, secret: str) -> RedirectResponse:
+def _with_cookie(page: Page, answer: Response, secret: str) -> Response:
     """The answer with a cookie that scripts cannot read and other sites' forms do not send."""
     seconds = int(logins.LASTS.total_seconds())
     answer.set_cookie(COOKIE, secret, max_age=seconds, httponly=True, samesite="lax", secure=page.secure)

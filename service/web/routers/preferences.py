@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from fastapi import APIRouter
-from fastapi.responses import HTMLResponse, RedirectResponse
+from fastapi.responses import HTMLResponse, Response
 
 from service.web.forms import TypedDep
 from service.web.preferences import COOKIE
@@ -24,7 +24,7 @@ def show_preferences(page: PageDep, back: str = "/") -> HTMLResponse:
 
 
 @router.post("/preferences")
-def change_preferences(page: PageDep, typed: TypedDep) -> RedirectResponse:
+def change_preferences(page: PageDep, typed: TypedDep) -> Response:
     """Keep the choices that were sent, and go back to where the reader was."""
     answer = page.goto(local(typed.get("back", "/")))
     answer.set_cookie(COOKIE, page.preferences.changed(typed).cookie(), max_age=YEAR_S, samesite="lax", httponly=True)

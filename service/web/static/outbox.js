@@ -1,101 +1,178 @@
-// A typed run is kept in the browser from the first figure until the server has it: through a reload, a lost link, a
-// restart of the server. What waits is sent again and again under one form key, so that it is stored once.
+// Every form is kept on the device until the server has acknowledged it: through a lost link, a closed page, a restart of
+// the server. What waits is shown, and sent again and again under one form key, so that it is done once. Nothing that
+// is ticked here counts before the server has it: the page goes on with the server's answer alone.
 
-const DRAFT = "drumtrue-draft:";
-const WAITS = "drumtrue-waits:";
+import { put, remove, waiting } from "./queue.js";
+import { dropDraft, keepDrafts, momentOf } from "./drafts.js";
+
 const AGAIN_MS = 2000;
-
-export function keepTyped(session) {
-  const form = document.querySelector("form.typed-run");
-  if (form) keepDraft(form, session);
-  if (form) form.addEventListener("submit", (event) => { event.preventDefault(); send(form, session); });
-  const kept = read(WAITS + session);
-  if (kept) { waiting(kept); deliver(session); }
-  addEventListener("online", () => deliver(session));
-}
-
-function keepDraft(form, session) {
-  const key = DRAFT + session;
-  const kept = read(key);
-  if (kept && kept.moment === document.body.dataset.moment) {
-    for (const [name, value] of Object.entries(kept.values)) {
-      const field = form.elements.namedItem(name);
-      if (field && field.type !== "hidden" && !field.value) field.value = value;
-    }
-    if (Object.values(kept.values).some((value) => value)) form.closest("details").open = true;
-  }
-  form.addEventListener("input", () => {
-    const values = Object.fromEntries([...form.elements].filter((f) => f.name && f.type !== "hidden").map((f) => [f.name, f.value]));
-    write(key, { moment: document.body.dataset.moment, values });
-  });
-}
-
-function send(form, session) {
-  const body = new URLSearchParams(new FormData(form)).toString();
-  write(WAITS + session, { url: form.getAttribute("action"), body });
-  document.body.dataset.sending = "yes";
-  deliver(session);
-}
-
+const PATIENCE_MS = 60000; // a search for the best pieces may take this long
+const OLD_MS = 15 * 60 * 1000; // a tick of a safety list is asked about again after so long
+const AWAY = [502, 503, 504];
+const bar = document.querySelector(".waiting");
+const held = new Set();
+const confirmed = new Set();
 let busy = false;
-async function deliver(session) {
-  const kept = read(WAITS + session);
-  if (!kept || busy) return;
+let timer;
+let prepare = () => {};
+
+// `again` readies a page that an answer has put into this one.
+export function takeForms(again) {
+  prepare = again;
+  addEventListener("submit", (event) => taken(event.target) && send(event));
+  addEventListener("online", deliver);
+  bar.querySelector("[data-drop]").addEventListener("click", drop);
+  bar.querySelector("[data-send]").addEventListener("click", confirm);
+  deliver();
+}
+
+function taken(form) {
+  return form.method === "post" && form.closest("main") && !form.hasAttribute("data-plain");
+}
+
+async function send(event) {
+  event.preventDefault();
+  const { target: form, submitter } = event;
+  if (held.size) return; // tapped twice
+  const body = new URLSearchParams(new FormData(form, submitter)).toString();
+  const { pathname, search } = new URL(form.action);
+  const asked = (submitter ?? form.querySelector("button"))?.textContent.trim() ?? "";
+  const item = { id: crypto.randomUUID?.() ?? `${Date.now()} ${Math.random()}`, url: pathname + search, body, page: location.href, moment: momentOf(form), asked, at: Date.now() };
+  hold();
+  await put(item);
+  await deliver();
+}
+
+// While something of this page is on its way nothing else of it can be.
+function hold() {
+  document.body.dataset.sending = "yes";
+  for (const button of document.querySelectorAll("main form button:enabled")) { button.disabled = true; held.add(button); }
+  held.add(bar);
+}
+
+function letGo() {
+  for (const button of held) if (button !== bar) button.disabled = false;
+  held.clear();
+  document.body.dataset.sending = "";
+}
+
+export async function deliver() {
+  if (busy) return;
   busy = true;
+  clearTimeout(timer);
   try {
-    const answer = await fetch(kept.url, {
-      method: "POST", body: kept.body, signal: AbortSignal.timeout(15000),
-      headers: { "content-type": "application/x-www-form-urlencoded", accept: "text/html" },
-    });
-    if (answer.status >= 500) throw new Error(`the server answered ${answer.status}`);
-    if (answer.status === 403 && !kept.renewed) { await renew(kept, session); return; }
-    remove(WAITS + session);
-    if (answer.redirected) { remove(DRAFT + session); location.assign(answer.url); }
-    else show(await answer.text());
-  } catch {
-    waiting(kept);
-    setTimeout(() => deliver(session), AGAIN_MS);
+    for (let item; (item = (await waiting()).find((one) => !one.refused || isHere(one))); ) if (!(await sent(item))) return;
+    await showRefused();
   } finally {
     busy = false;
   }
 }
 
-// The page is older than the browser's cookies: take the token of a new page, and try once more.
-async function renew(kept, session) {
-  const page = new DOMParser().parseFromString(await (await fetch(location.pathname, { headers: { accept: "text/html" } })).text(), "text/html");
-  const body = new URLSearchParams(kept.body);
-  body.set("form_token", page.querySelector("[name=form_token]")?.value ?? "");
-  write(WAITS + session, { ...kept, body: body.toString(), renewed: true });
-  setTimeout(() => deliver(session), 0);
+async function sent(item) {
+  if (isHere(item) && !held.size) hold();
+  if (isOld(item)) { tell(item, bar.dataset.old); return false; }
+  let answer;
+  try {
+    answer = await fetch(item.url, {
+      method: "POST", body: item.body, signal: AbortSignal.timeout(PATIENCE_MS),
+      headers: { "content-type": "application/x-www-form-urlencoded", accept: "text/html", "x-outbox": "1" },
+    });
+  } catch {
+    return later(item, bar.dataset.text, AGAIN_MS);
+  }
+  if (AWAY.includes(answer.status)) {
+    const own = answer.headers.get("retry-after"); // the service itself is busy, or a proxy does not find it
+    return later(item, own ? bar.dataset.busy : bar.dataset.text, own ? 1000 * own : AGAIN_MS);
+  }
+  if (answer.status === 401) { location.assign(`/login?back=${encodeURIComponent(location.pathname)}`); return false; }
+  if (answer.status === 403 && !item.renewed) return renew(item);
+  return acknowledged(item, answer);
 }
 
-// The server refused it: its page says why, beside the fields, with what was typed.
+async function acknowledged(item, answer) {
+  const goto = answer.headers.get("x-goto");
+  if (!goto && !isHere(item)) { await put({ ...item, refused: true }); return true; }
+  const html = goto ? "" : await answer.text();
+  await remove(item);
+  if (goto || answer.ok) dropDraft(new URL(item.url, location.href).pathname, item.moment);
+  bar.hidden = true;
+  if (!isHere(item)) return true;
+  if (goto) location.assign(goto);
+  else show(html);
+  return !goto;
+}
+
+function later(item, words, ms) {
+  tell(item, words);
+  clearTimeout(timer);
+  timer = setTimeout(deliver, ms);
+  return false;
+}
+
+// The page is older than the browser's cookies: take the token of a new page, and try once more.
+async function renew(item) {
+  try {
+    const html = await (await fetch("/preferences", { headers: { accept: "text/html" } })).text();
+    const body = new URLSearchParams(item.body);
+    body.set("form_token", new DOMParser().parseFromString(html, "text/html").querySelector("[name=form_token]")?.value ?? "");
+    await put({ ...item, body: body.toString(), renewed: true });
+    return true;
+  } catch {
+    return later(item, bar.dataset.text, AGAIN_MS);
+  }
+}
+
+// The server asks for more, or says beside the fields why it refused.
 function show(html) {
   const page = new DOMParser().parseFromString(html, "text/html");
+  letGo();
   document.querySelector("main").replaceWith(page.querySelector("main"));
+  document.title = page.title;
   document.body.dataset.stamp = page.body.dataset.stamp ?? "";
   document.body.dataset.moment = page.body.dataset.moment ?? "";
-  document.body.dataset.sending = "";
-  keepTyped(document.body.dataset.session);
-  document.querySelector(".wrong input, .notice, .fault")?.scrollIntoView({ block: "center" });
+  keepDrafts();
+  prepare();
+  document.querySelector("main .wrong, main .notice, main .fault")?.scrollIntoView({ block: "center" });
 }
 
-function waiting(kept) {
-  const words = document.querySelector(".waiting");
-  const typed = [...new URLSearchParams(kept.body)].filter(([name, value]) => value && /amplitude|phase|speed/.test(name)).map(([, value]) => value);
-  const place = words ?? document.querySelector(".link-state");
-  place.hidden = false;
-  place.textContent = `${words ? words.dataset.text : document.querySelector(".link-state").dataset.offline} (${typed.join(" · ")})`;
-  const button = document.querySelector("form.typed-run button");
-  if (button) button.disabled = true;
+// Of the page that is shown: the same session, the same form, or the page that stands for one without a link.
+function isHere(item) {
+  const [from, here] = [new URL(item.page).pathname, location.pathname].map((path) => path.match(/^\/sessions\/[^/]+/)?.[0] ?? path);
+  return from === here || document.body.hasAttribute("data-no-link");
 }
 
-function read(key) {
-  try { return JSON.parse(localStorage.getItem(key)); } catch { return null; }
+const isOld = (item) => /\/stops(\/|$)/.test(item.url) && Date.now() - item.at > OLD_MS && !confirmed.has(item.id);
+
+function tell(item, words) {
+  const typed = [...new URLSearchParams(item.body)].filter(([name, value]) => value && /amplitude|phase|speed|mass_g|name$/.test(name)).map(([, value]) => value);
+  const at = new Date(item.at).toLocaleTimeString(document.documentElement.lang, { timeStyle: "short" });
+  bar.hidden = false;
+  bar.querySelector("[data-asked]").textContent = [item.asked, at, ...typed.slice(0, 8)].filter(Boolean).join(" · ");
+  bar.querySelector("[data-words]").textContent = words;
+  bar.querySelector("[data-stop]").hidden = !/\/stops\//.test(item.url);
+  bar.querySelector("[data-send]").hidden = !isOld(item);
 }
-function write(key, value) {
-  try { localStorage.setItem(key, JSON.stringify(value)); } catch { /* a full or forbidden store: the form is still sent */ }
+
+// What was refused while another page was shown is told, and shown where it was typed.
+async function showRefused() {
+  const item = (await waiting()).find((one) => one.refused);
+  if (!item) return;
+  tell(item, bar.dataset.refused);
+  const link = bar.querySelector("[data-page]");
+  link.href = new URL(item.page).pathname;
+  link.hidden = false;
 }
-function remove(key) {
-  try { localStorage.removeItem(key); } catch { /* as above */ }
+
+async function confirm() {
+  const [item] = await waiting();
+  if (item) confirmed.add(item.id);
+  deliver();
+}
+
+async function drop() {
+  const [item] = await waiting();
+  if (item) await remove(item);
+  bar.hidden = true;
+  letGo();
+  deliver();
 }

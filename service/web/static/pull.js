@@ -13,5 +13,6 @@ export function followForce() {
     force.textContent = plain ? `${show.format(number * Number(line.dataset.pull))} N` : "—";
   };
   field.addEventListener("input", update);
+  field.form.addEventListener("restored", update);
   update();
 }

@@ -167,14 +167,25 @@ class Bench:
 
 
 class Tablet:
-    """One tablet: a page, and everything that went wrong on it."""
+    """One tablet: a page, and everything that went wrong on it; installed: with a service worker."""
 
     def __init__(
-        self, browser: Browser, address: str, *, viewport: ViewportSize = UPRIGHT, language: str = "en-GB"
+        self,
+        browser: Browser,
+        address: str,
+        *,
+        viewport: ViewportSize = UPRIGHT,
+        language: str = "en-GB",
+        installed: bool = False,
     ) -> None:
         self.address = address
         self.context: BrowserContext = browser.new_context(
-            viewport=viewport, has_touch=True, locale=language, reduced_motion="reduce", base_url=address
+            viewport=viewport,
+            has_touch=True,
+            locale=language,
+            reduced_motion="reduce",
+            base_url=address,
+            service_workers="allow" if installed else "block",
         )
         self.context.set_default_timeout(PATIENCE_MS)
         self.page: Page = self.context.new_page()
@@ -237,7 +248,8 @@ class Tablet:
 
     def _said(self, message: ConsoleMessage) -> None:
         # The browser notes every form that is refused with 409 or 422: the page says why, beside the field.
-        refused = re.search(r"status of (409|422) ", message.text)
+        # Playwright notes each time that it keeps the service worker out.
+        refused = re.search(r"status of (409|422) |Service Worker registration blocked", message.text)
         if message.type in ("error", "warning") and not refused:
             self.errors.append(message.text)
 
