@@ -6,4 +6,6 @@ as a sign-in page. network: faults of what is around a service. old_database: mi
 and technicians who write down what was acknowledged. field_bridge: the product's own bridge, whose clock may be wrong.
 crew: all of them at work. judging: what is stored against what was acknowledged. campaign: the faults, one after the
 other.
+
+`drumtrue histories`: histories, made of rounds (history_round), and what is wrong with them (history_checks).
 """

@@ -24,7 +24,7 @@ from service.chaos.server import Server, own_server
 from service.errors import InvalidInput
 from service.settings import Settings
 
-PATIENCE_S = 120.0
+PATIENCE_S = 600.0
 """How long everybody may take to end what was begun, once no fault is done any more."""
 ROOM_BYTES = 200_000
 """By how much the largest file may still grow when the disk is made to be full."""
@@ -52,7 +52,8 @@ Say = Callable[[str], None]
 class CampaignOptions:
     """kills: kill -9 of a service. others: how often each of the other faults is done. within_s: longest pause between.
 
-    replicas: services over the one database. only: no other faults than these, besides kills; empty: all.
+    replicas: services over the one database. only: no other faults than these, besides kills; empty: all. slack_s: by
+    how much answers may come later than a machine gives them that has no other load.
     """
 
     kills: int
@@ -64,6 +65,7 @@ class CampaignOptions:
     seed: int = 1
     within_s: float = 1.0
     only: tuple[str, ...] = ()
+    slack_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -106,8 +108,8 @@ def run(wishes: CampaignOptions, say: Say) -> Outcome:
             spools=folder,
         )
         stack.callback(crew.release)  # whatever ends the campaign, its threads must not outlive it
-        site = _Site(instances, server, crew, gates, folder, rng, wishes.within_s, say)
-        done, not_done = site.campaign(wishes)
+        site = _Site(instances, server, crew, gates, folder, rng, wishes, say)
+        done, not_done = site.campaign()
         crew.finish(PATIENCE_S)
         judgement = judge(settings, instances[0].url, crew)
     return Outcome(done, not_done, crew.interrupted, judgement)
@@ -133,13 +135,13 @@ class _Site:
     """Of each instance: that of the crew, and that of the product's own bridge."""
     folder: Path
     rng: random.Random
-    within_s: float
+    wishes: CampaignOptions
     say: Say
     old: OldDatabases | None = None
 
-    def campaign(self, wishes: CampaignOptions) -> tuple[dict[str, int], dict[str, str]]:
+    def campaign(self) -> tuple[dict[str, int], dict[str, str]]:
         """Faults in random order; how often each was done, and why some could not be."""
-        not_done = self._impossible()
+        wishes, not_done = self.wishes, self._impossible()
         order = ["kill"] * wishes.kills
         wanted = [name for name in FAULTS[1:] if name not in not_done and name in (wishes.only or FAULTS)]
         order += [name for name in wanted for _ in range(wishes.others)]
@@ -173,7 +175,7 @@ class _Site:
         before, end = self.crew.promised(), time.monotonic() + PATIENCE_S
         while self.crew.promised() == before and not self.crew.failures and time.monotonic() < end:
             time.sleep(0.01)
-        time.sleep(self.rng.uniform(0.0, self.within_s))
+        time.sleep(self.rng.uniform(0.0, self.wishes.within_s))
 
     def _kill(self) -> None:
         one = self.rng.choice(self.instances)
@@ -190,10 +192,10 @@ class _Site:
 
     def _hung_database(self) -> None:
         if self.server is not None:
-            self.crew.failures += hung_database(self.server, self.instances)
+            self.crew.failures += hung_database(self.server, self.instances, self.wishes.slack_s)
 
     def _held_connections(self) -> None:
-        self.crew.failures += held_connections(self.rng.choice(self.instances))
+        self.crew.failures += held_connections(self.rng.choice(self.instances), self.wishes.slack_s)
 
     def _wrong_clock(self) -> None:
         """Of the source: what it sends from now on is dated by it."""

@@ -20,7 +20,7 @@ HELD_S = 1.5
 BEGINNINGS = (b"", b"GET /he", b"POST /login HTTP/1.1\r\nhost: x\r\ncontent-length: 4000000\r\n\r\nusername=")
 """What is sent on connections that are then held: nothing, half a line, the head of a body that does not come."""
 ALIVE_S = 5.0
-"""Within this a service must answer that it lives, on a machine that is busy with the campaign."""
+"""Within this a service must answer that it lives, on a machine that has the campaign's own load only."""
 HANG_S = 12.0
 ANSWER_S = 10.0
 ASKED_AT_ONCE = 20
@@ -28,26 +28,26 @@ AHEAD = timedelta(seconds=3)
 """The header `date` has whole seconds."""
 
 
-def held_connections(instance: Instance) -> list[str]:
-    """Hold connections of a client that has no token and says nothing more."""
+def held_connections(instance: Instance, slack_s: float) -> list[str]:
+    """Hold connections of a client that has no token and says nothing more. slack_s: as of `CampaignOptions`."""
     with ExitStack() as stack:
         for number in range(HELD):
             one = stack.enter_context(socket.create_connection(("127.0.0.1", instance.port), timeout=10.0))
             one.sendall(BEGINNINGS[number % len(BEGINNINGS)])
-        wrong = _alive(instance, f"{HELD} connections were held")
+        wrong = _alive(instance, f"{HELD} connections were held", slack_s)
         time.sleep(HELD_S)
     return wrong
 
 
-def hung_database(server: Server, instances: Sequence[Instance]) -> list[str]:
+def hung_database(server: Server, instances: Sequence[Instance], slack_s: float) -> list[str]:
     """Stop the server, closing nothing: each request is answered in time that the database is away."""
     wrong: list[str] = []
     with server.hanging(), ThreadPoolExecutor(ASKED_AT_ONCE) as threads:
         end = time.monotonic() + HANG_S
         while time.monotonic() < end and not wrong:
-            asked = [threads.submit(_asked, instances[n % len(instances)]) for n in range(ASKED_AT_ONCE)]
+            asked = [threads.submit(_asked, instances[n % len(instances)], slack_s) for n in range(ASKED_AT_ONCE)]
             for one in instances:
-                wrong += _alive(one, "the database hung")
+                wrong += _alive(one, "the database hung", slack_s)
             wrong += [line for one in asked for line in one.result()]
     return wrong
 
@@ -66,21 +66,21 @@ def shown_as_present(instance: Instance, session: str) -> list[str]:
     return []
 
 
-def _alive(instance: Instance, while_: str) -> list[str]:
+def _alive(instance: Instance, while_: str, slack_s: float) -> list[str]:
     try:
-        seconds = instance.alive_s()
+        seconds = instance.alive_s(ALIVE_S + slack_s)
     except httpx2.HTTPError as silent:
         return [f"/health/live did not answer while {while_}: {type(silent).__name__}"]
-    return [f"/health/live took {seconds:.1f} s while {while_}"] if seconds > ALIVE_S else []
+    return [f"/health/live took {seconds:.1f} s while {while_}"] if seconds > ALIVE_S + slack_s else []
 
 
-def _asked(instance: Instance) -> list[str]:
+def _asked(instance: Instance, slack_s: float) -> list[str]:
     begun = time.monotonic()
     try:
-        answer = httpx2.get(f"{instance.url}/api/v1/machines", timeout=3 * ANSWER_S, trust_env=False)
+        answer = httpx2.get(f"{instance.url}/api/v1/machines", timeout=2 * ANSWER_S + slack_s, trust_env=False)
     except httpx2.HTTPError as silent:
         return [f"no answer while the database hung: {type(silent).__name__}"]
     seconds = time.monotonic() - begun
     if answer.status_code != 503 or "retry-after" not in answer.headers:
         return [f"{answer.status_code} while the database hung: {answer.text[:200]}"]
-    return [f"answered after {seconds:.1f} s while the database hung"] if seconds > ANSWER_S else []
+    return [f"answered after {seconds:.1f} s while the database hung"] if seconds > ANSWER_S + slack_s else []

@@ -28,7 +28,7 @@ READINGS = 20_000
 OLD = "0003"
 """Revision of the database that is migrated."""
 MAX_KILLS = 3
-TIMEOUT_S = 120.0
+TIMEOUT_S = 600.0
 _MACHINE = "INSERT INTO machine (id, name, spec, created_at, updated_at) VALUES ('m', 'old', :spec, :at, :at)"
 _READING = (
     "INSERT INTO reading (source, sequence, machine_id, taken_at, sensor, amplitude) "

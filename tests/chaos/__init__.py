@@ -1,0 +1,1 @@
+"""Tests of the campaign of faults and of the checker of histories."""
