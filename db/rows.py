@@ -21,13 +21,14 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from db.types import Document, UtcTime
 from service.model.access import Scope
-from service.model.arrangement import Arrangement, PartRecord, Place
+from service.model.arrangement import Arrangement
 from service.model.correction import Correction
 from service.model.counters import FrameCounter
 from service.model.design_run import DesignProgress, DesignRun, DesignStudy
 from service.model.findings import Findings
 from service.model.influence import LearnedInfluence
 from service.model.machine import CatalogueItem, Machine
+from service.model.parts import PartRecord, Place
 from service.model.plan import Plan
 from service.model.run import MassOnRotor, Run, RunOut
 from service.model.session import AsFoundPiece

@@ -93,6 +93,7 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "add_arrangement",
             "mount_arrangement",
             "put_place_set",
+            "weigh_parts",
             "optimise_design",
             "trade_design_off",
             "create_design_study",

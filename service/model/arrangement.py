@@ -11,6 +11,8 @@ from pydantic import Field
 from service.model.base import AngleDeg, Finite, Name, NotNegative, Positive, Seed, Text, document
 from service.model.correction import Interval, SensorVector
 from service.model.machine import AngleSense
+from service.model.message import MessageData
+from service.model.parts import MAX_PLACES, Mass, Place
 from service.model.plan import Placement, PlanStatus
 
 ArrangementObjective = Literal["unbalance", "bearing_force", "residual_vibration"]
@@ -18,28 +20,7 @@ ArrangementNorm = Literal["sum", "max", "rms"]
 Use = Literal["parts", "box", "both"]
 May = Literal["stay", "move", "gone"]
 OffsetName = Literal["measured", "in_balance_with_old"]
-Mass = float | Annotated[tuple[float, ...], Len(2, 2)] | None
-MAX_PLACES, MAX_PARTS = 200, 300
-
-
-@document
-class Place:
-    """A place on the drum that takes one part."""
-
-    label: Name
-    """What is written at the place, unique in the set."""
-    angle_deg: AngleDeg
-    """Angle of the mounted part's mass centre, degrees from the mark, in the machine's angle sense."""
-    radius_mm: Positive
-    """Radius of the mounted part's mass centre, mm."""
-    axial_mm: Annotated[tuple[Finite, ...], Len(1, 2)]
-    """Axial position of the part, mm: one value, or those of its two ends, where it is weighed at both."""
-    kind: Name | None = None
-    """What fits here, such as left or right; null: any part."""
-    group: Name | None = None
-    """Group of places whose parts may differ by a limited mass only."""
-    may_be_empty: bool = False
-    """Whether the place may hold no part."""
+MAX_PARTS = 300
 
 
 @document
@@ -194,10 +175,14 @@ class ArrangementOffer:
     limit_reached: the time was over; infeasible: see `reason`."""
     message: str
     """The status in a sentence."""
+    message_data: MessageData | None = None
+    """`message` as data; null in documents of earlier releases."""
     code: str | None
     """Stable name of what `reason` or `message` tells besides; null: nothing."""
     reason: str | None
     """Why there is no arrangement; null where there is one."""
+    reason_data: MessageData | None = None
+    """`reason` as data; null where there is none."""
     arrangement: tuple[Mounted, ...]
     """The part of every place; empty without an arrangement."""
     moves: tuple[Move, ...]
@@ -242,10 +227,14 @@ class Arrangement:
     """As of the offer."""
     message: str
     """The status in a sentence."""
+    message_data: MessageData | None = None
+    """`message` as data; null in documents of earlier releases."""
     code: str | None
     """Stable name of what `reason` or `message` tells besides; null: nothing."""
     reason: str | None
     """Why there is no arrangement; null where there is one."""
+    reason_data: MessageData | None = None
+    """`reason` as data; null where there is none."""
     arrangement: tuple[Mounted, ...]
     """The part of every place; empty without an arrangement."""
     moves: tuple[Move, ...]
@@ -276,6 +265,8 @@ class Arrangement:
     """What the maker's rule would give; null: see `makers_rule_reason`."""
     makers_rule_reason: str | None
     """Why the maker's rule gives nothing; null where it does."""
+    makers_rule_reason_data: MessageData | None = None
+    """`makers_rule_reason` as data; null where there is none."""
     objective_now: float | None
     """Objective with the present arrangement; null where it is incomplete."""
     evaluations: int
@@ -288,12 +279,16 @@ class Arrangement:
     """When, UTC."""
     state: Literal["proposed", "mounted"] = "proposed"
     """proposed, or mounted: see `mounted`."""
+    locked_at: datetime | None = None
+    """When the drum was reported locked to move parts, UTC; null: not reported."""
     mounted: tuple[Mounted, ...] | None = None
     """What was really mounted where; null until then."""
     mounted_at: datetime | None = None
     """When it was stated mounted, UTC."""
     mounted_residual: tuple[PlaneResidual, ...] | None = None
     """Unbalance left with what was really mounted."""
+    released_at: datetime | None = None
+    """When the drum was reported ready to run after that, UTC; null: not reported."""
 
 
 @document
@@ -363,47 +358,3 @@ class MountedRequest:
     """Places whose part differs from the arrangement's, with the part that is really there."""
     note: Text | None = None
     """A remark for the history."""
-
-
-@document
-class PlaceSetRequest:
-    """The places of one kind of part on a machine."""
-
-    places: Annotated[tuple[Place, ...], Len(1, MAX_PLACES)]
-    """The places."""
-
-
-@document
-class PlaceSet:
-    """A set of places of a machine as it is stored."""
-
-    name: str
-    """Name of the set."""
-    places: tuple[Place, ...]
-    """The places."""
-    updated_at: datetime
-    """When it was last changed, UTC."""
-
-
-@document
-class PartRecord:
-    """One line of a part's history on a machine: weighed, mounted or taken off."""
-
-    part: str
-    """Part."""
-    event: Literal["mounted", "taken_off", "weighed"]
-    """What happened."""
-    place: str | None
-    """Where it is mounted since; null: not mounted."""
-    mass_g: Mass
-    """Mass as weighed, g; both ends where it was weighed so; null: not weighed."""
-    moment_g_mm: float | None
-    """Reading of a moment scale, g.mm; null without one."""
-    kind: str | None
-    """Kind; null without one."""
-    arrangement_id: str | None
-    """The arrangement that it belongs to."""
-    note: str | None
-    """Remark."""
-    at: datetime
-    """When, UTC."""

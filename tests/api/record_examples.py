@@ -192,6 +192,8 @@ def arrange_bars(recorder: Recorder, machine: str) -> None:
     recorder.ask("GET", f"/arrangements/{made}/front")
     recorder.ask("POST", f"/arrangements/{made}/what-if", {"stay": ["b1"], "max_moves": 3, "replace": "4"})
     recorder.ask("POST", f"/arrangements/{made}/mounted", {"note": "after the season"})
+    spare = {"place_set": "rasp bars", "parts": [{"part": "b7", "mass_g": 6003.0}], "note": "a spare from the shelf"}
+    recorder.ask("POST", f"/machines/{machine}/parts", spare)
     recorder.ask("GET", f"/machines/{machine}/parts")
     recorder.ask("GET", f"/machines/{machine}/parts/history?part=b1&limit=3")
 

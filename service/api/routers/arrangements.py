@@ -15,10 +15,8 @@ from service.model.arrangement import (
     ArrangementRequest,
     ArrangementWhatIf,
     MountedRequest,
-    PartRecord,
-    PlaceSet,
-    PlaceSetRequest,
 )
+from service.model.parts import PartRecord, PlaceSet, PlaceSetRequest, WeighRequest
 from service.usecases.arrangements import arrangements, parts, place_sets
 
 router = APIRouter(route_class=StrictRoute)
@@ -93,6 +91,12 @@ def list_place_sets(work: WorkDep, machine_id: Key) -> tuple[PlaceSet, ...]:
 def list_parts(work: WorkDep, machine_id: Key) -> tuple[PartRecord, ...]:
     """Every part of a machine as it was last weighed, mounted or taken off. Masses in g, moments in g.mm."""
     return parts.current(work, machine_id)
+
+
+@router.post("/machines/{machine_id}/parts", status_code=201, tags=["arrangements"], responses=errors(404))
+def weigh_parts(work: WorkDep, machine_id: Key, weighed: WeighRequest) -> tuple[PartRecord, ...]:
+    """Write down what the scale says of parts, and where they are. Masses in g, moments in g.mm."""
+    return parts.weigh(work, machine_id, weighed)
 
 
 @router.get("/machines/{machine_id}/parts/history", tags=["arrangements"], responses=errors(404))

@@ -10,8 +10,8 @@ solver          a request to an answer, its front, other circumstances
 =============== =================================================================
 """
 
-from service.engine.arrangement.request_checks import check_places
+from service.engine.arrangement.request_checks import check_places, check_weighed
 from service.engine.arrangement.solver import ArrangementContext, answer, front, mounted, what_if
 from service.engine.arrangement.with_box import Box
 
-__all__ = ["ArrangementContext", "Box", "answer", "check_places", "front", "mounted", "what_if"]
+__all__ = ["ArrangementContext", "Box", "answer", "check_places", "check_weighed", "front", "mounted", "what_if"]

@@ -11,6 +11,7 @@ from service.engine import mapping
 from service.engine.arrangement import request_checks as checks
 from service.engine.arrangement.frame import offset_covariance
 from service.engine.arrangement.parts import Posed
+from service.messages import Message
 from service.model.arrangement import MakersRule, Mounted, Move, PlaneResidual
 
 MANY = 10**9
@@ -104,26 +105,24 @@ def _spread(posed: Posed, arrangement: IntArray) -> tuple[FloatArray, int]:
     return np.sqrt(scale + measured), int(min(MANY, round(dof / max(share, 1e-4) ** 2)))
 
 
-def makers_rule(posed: Posed) -> tuple[MakersRule | None, str | None]:
+def makers_rule(posed: Posed) -> tuple[MakersRule | None, Message | None]:
     """What the maker's rule would give, or why it gives nothing."""
     parts = [k for k, part in enumerate(posed.request.parts) if checks.may_of(part) != "gone"]
     count = len(posed.places)
     if count % 2:
-        return None, f"the rule puts parts opposite each other, and {count} places have no opposites"
+        return None, Message("makers_rule.odd", places=count)
     kinds = {place.kind for place in posed.places} | {posed.request.parts[k].kind for k in parts}
     if len({place.kind for place in posed.places}) > 1 or len(kinds - {None}) > 1:
-        return None, "the rule does not say what to do with parts of several kinds"
+        return None, Message("makers_rule.kinds")
     if len(parts) < count:
-        return None, f"there are {len(parts)} parts for {count} places"
+        return None, Message("makers_rule.too_few", parts=len(parts), places=count)
     if any(not checks.masses_of(posed.request.parts[k]) and not posed.request.parts[k].moment_g_mm for k in parts):
-        return None, "the rule sorts the parts by mass, and not all of them were weighed"
+        return None, Message("makers_rule.not_weighed")
     chosen = np.array(parts[:count], dtype=np.int64)
     if len(parts) > count:
         on_now = [int(k) for k in posed.problem.present if k != EMPTY]
         chosen = np.array((on_now + [k for k in parts if k not in on_now])[:count], dtype=np.int64)
     ranked = opposite_pairs(posed.problem.masses_g[chosen])
-    if ranked is None:
-        return None, f"the rule puts parts opposite each other, and {count} places have no opposites"
-    arrangement = chosen[ranked]
+    arrangement = chosen if ranked is None else chosen[ranked]
     value = float(values(posed.problem, arrangement[None, :])[0])
     return MakersRule(objective_value=value, arrangement=mounted(posed, arrangement)), None

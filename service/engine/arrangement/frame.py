@@ -24,6 +24,7 @@ from service.engine.influence_fits import FittedModel
 from service.engine.selection_problem import PlanContext as MeasuredGround
 from service.engine.selection_problem import fit_of
 from service.errors import Conflict, InvalidInput
+from service.messages import Message
 from service.model.arrangement import ArrangementRequest
 from service.model.machine import Machine
 
@@ -79,13 +80,7 @@ def frame_of(request: ArrangementRequest, machine: Machine | None, ground: Measu
         return Frame(machine, (machine.planes[0].name,), None, np.ones((1, 1)), machine.angle_sense, measured)
     places = mapping.plane_places(machine)
     if places is None:
-        raise InvalidInput(
-            "the axial position of every correction plane must be known to split the parts' unbalance",
-            code="plane_axial_missing",
-            field="machine_id",
-            value=machine.name,
-            advice="state axial_mm of the machine's planes, measured from the mass centre",
-        )
+        raise InvalidInput(Message("plane_axial_missing"), field="machine_id", value=machine.name)
     first, last = int(np.argmin(places)), int(np.argmax(places))
     outer = sorted((first, last))
     at = places[outer]
@@ -114,24 +109,16 @@ def offset_of(request: ArrangementRequest, frame: Frame) -> ComplexArray:
         return np.zeros(len(frame.planes), dtype=np.complex128)
     if request.offset == "measured":
         if frame.measured is None:
-            raise InvalidInput(
-                "the offset measured needs the correction that says what is left",
-                code="correction_missing",
-                field="correction_id",
-                value=None,
-                advice="state correction_id, or the offset as a list",
-            )
+            raise InvalidInput(Message("correction_missing"), field="correction_id", value=None)
         return np.asarray(frame.measured.unbalance @ frame.to_frame, dtype=np.complex128)
     names = frame.planes if frame.machine is None else tuple(plane.name for plane in frame.machine.planes)
     total = np.zeros(len(names), dtype=np.complex128)
     for index, entry in enumerate(request.offset):
         if str(entry.plane) not in names:
             raise InvalidInput(
-                f"there is no plane {entry.plane!r}",
-                code="unknown_plane",
+                Message("unknown_plane", plane=str(entry.plane), planes=names),
                 field=f"offset[{index}].plane",
                 value=entry.plane,
-                advice=f"use one of {', '.join(names)}",
             )
         total[names.index(str(entry.plane))] += phasor(entry.unbalance_g_mm, entry.angle_deg, frame.sense)
     return np.asarray(total @ frame.to_frame, dtype=np.complex128)
@@ -159,11 +146,7 @@ def objective_of(request: ArrangementRequest, frame: Frame, left: ComplexArray, 
     machine = frame.machine
     if machine is None:
         raise InvalidInput(
-            f"the objective {request.objective} needs a machine",
-            code="machine_missing",
-            field="machine_id",
-            value=None,
-            advice="state machine_id or session_id, or take the objective unbalance",
+            Message("machine_missing.for_objective", objective=request.objective), field="machine_id", value=None
         )
     if request.objective == "bearing_force":
         return _reactions(machine, frame, now)
@@ -175,13 +158,7 @@ def _reactions(machine: Machine, frame: Frame, now: ComplexArray | None) -> Obje
     axial = places if frame.axial_mm is None else frame.axial_mm
     matrix = reaction_matrix(axial, bearings, angular_speed(machine.service_speed_rpm)).astype(np.complex128)
     if now is None or not np.abs(now).max() > 0.0:
-        raise Conflict(
-            "bearing_force is a share of the reactions now, which are not known or zero",
-            code="no_reference",
-            field="objective",
-            value="bearing_force",
-            advice="state the present arrangement of every place, or take the objective unbalance",
-        )
+        raise Conflict(Message("no_reference"), field="objective", value="bearing_force")
     rated = relative_reactions(matrix, matrix @ now)
     return Objective(matrix, np.zeros(2, dtype=np.complex128), rated.weights, rated.norm)
 
@@ -189,13 +166,7 @@ def _reactions(machine: Machine, frame: Frame, now: ComplexArray | None) -> Obje
 def _vibration(machine: Machine, frame: Frame, norm: str, left: ComplexArray) -> Objective:
     measured = frame.measured
     if measured is None or measured.fitted is None:
-        raise Conflict(
-            "the vibration is predicted from influence coefficients, which this request does not bring",
-            code="no_influence",
-            field="objective",
-            value="residual_vibration",
-            advice="state the correction_id of a correction of source fit or saved_influence",
-        )
+        raise Conflict(Message("no_influence.for_parts"), field="objective", value="residual_vibration")
     fit = measured.fitted.fit
     used = np.isfinite(fit.initial)
     names = [plane.name for plane in machine.planes]

@@ -19,7 +19,8 @@ from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray, 
 from service.balancing.selection.problem import BoolArray, Objective
 from service.engine.arrangement import request_checks as checks
 from service.engine.arrangement.frame import Frame, objective_of, offset_of
-from service.model.arrangement import ArrangementRequest, PartToArrange, Place
+from service.model.arrangement import ArrangementRequest, PartToArrange
+from service.model.parts import Place
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Sequence
+from dataclasses import replace
 
 from service.errors import InvalidInput
-from service.model.arrangement import ArrangementRequest, PartToArrange, Place
+from service.messages import Message, Quantity
+from service.model.arrangement import ArrangementRequest, PartToArrange
+from service.model.parts import Mass, PartRecord, Place, WeighRequest
 
 IMPLAUSIBLE = 100.0
 """A mass this many times the median, or this part of it, is a unit mistaken."""
@@ -27,9 +30,13 @@ def check(request: ArrangementRequest, places: Sequence[Place]) -> None:
 
 def masses_of(part: PartToArrange) -> tuple[float, ...]:
     """The readings of a part, g: none, one, or both ends."""
-    if part.mass_g is None:
+    return _readings(part.mass_g)
+
+
+def _readings(mass_g: Mass) -> tuple[float, ...]:
+    if mass_g is None:
         return ()
-    return part.mass_g if isinstance(part.mass_g, tuple) else (part.mass_g,)
+    return mass_g if isinstance(mass_g, tuple) else (mass_g,)
 
 
 def may_of(part: PartToArrange) -> str:
@@ -60,16 +67,40 @@ def check_places(places: Sequence[Place]) -> None:
     for index, place in enumerate(places):
         field = f"places[{index}]"
         if place.label in seen:
-            raise _refused("place_twice", f"place {place.label!r} is listed twice", f"{field}.label", place.label)
+            raise _refused(Message("place_twice", place=place.label), f"{field}.label", place.label)
         seen.add(place.label)
         if len(place.axial_mm) == 2 and place.axial_mm[0] == place.axial_mm[1]:
             raise _refused(
-                "ends_at_one_position",
-                f"both ends of place {place.label!r} are at {place.axial_mm[0]:g} mm",
+                Message("ends_at_one_position", place=place.label, at=Quantity(place.axial_mm[0], "mm")),
                 f"{field}.axial_mm",
                 list(place.axial_mm),
-                "state two different positions, or one for a part weighed whole",
             )
+
+
+def check_weighed(request: WeighRequest, places: Sequence[Place], known: Sequence[PartRecord]) -> None:
+    """Refuse a weighing that cannot be meant, by what is known of the machine's other parts. Raises InvalidInput.
+
+    places: of the set that the parts belong to; empty where none is named, any place is taken then.
+    """
+    labels, seen = {place.label for place in places}, set[str]()
+    masses = {one.part: sum(_readings(one.mass_g)) for one in known if one.mass_g is not None}
+    masses |= {one.part: sum(_readings(one.mass_g)) for one in request.parts if one.mass_g is not None}
+    median = statistics.median(masses.values()) if masses else 0.0
+    for index, one in enumerate(request.parts):
+        field = f"parts[{index}]"
+        part = PartToArrange(
+            id=one.part, mass_g=one.mass_g, moment_g_mm=one.moment_g_mm, kind=one.kind, present=one.place
+        )
+        if one.part in seen:
+            raise _refused(Message("part_twice", part=one.part), f"{field}.part", one.part)
+        seen.add(one.part)
+        if places and one.place is not None and one.place not in labels:
+            raise _refused(
+                Message("unknown_place.in_set", place=one.place, set=request.place_set), f"{field}.place", one.place
+            )
+        _check_part(field, replace(part, may="move"), [place for place in places if one.place in (None, place.label)])
+        if one.mass_g is not None:
+            _check_near(field, one.part, masses[one.part], median)
 
 
 def _check_identities(parts: Sequence[PartToArrange], places: Sequence[Place]) -> None:
@@ -80,36 +111,26 @@ def _check_identities(parts: Sequence[PartToArrange], places: Sequence[Place]) -
     for index, part in enumerate(parts):
         field = f"parts[{index}]"
         if part.id in seen:
-            raise _refused(
-                "part_twice", f"part {part.id!r} is listed twice", f"{field}.id", part.id, "a part is in one place only"
-            )
+            raise _refused(Message("part_twice", part=part.id), f"{field}.id", part.id)
         seen.add(part.id)
         if part.kind is not None and part.kind not in kinds and None not in kinds:
             raise _refused(
-                "unknown_kind",
-                f"no place takes the kind {part.kind!r} of part {part.id!r}",
+                Message("unknown_kind", part=part.id, kind=part.kind, known=sorted(map(str, kinds))),
                 f"{field}.kind",
                 part.kind,
-                f"the places' kinds are {', '.join(sorted(map(str, kinds)))}",
             )
         if part.present is None:
             continue
         if part.present not in labels:
             raise _refused(
-                "unknown_place",
-                f"there is no place {part.present!r} for part {part.id!r}",
-                f"{field}.present",
-                part.present,
-                "use a label of the places",
+                Message("unknown_place.of_part", part=part.id, place=part.present), f"{field}.present", part.present
             )
         key = (part.present, may_of(part) == "gone")
         if key in taken:
             raise _refused(
-                "place_taken_twice",
-                f"parts {taken[key]!r} and {part.id!r} are both in place {part.present!r}",
+                Message("place_taken_twice", place=part.present, first=taken[key], second=part.id),
                 f"{field}.present",
                 part.present,
-                "state where each part is",
             )
         taken[key] = part.id
 
@@ -119,47 +140,23 @@ def _check_part(field: str, part: PartToArrange, places: Sequence[Place]) -> Non
     for value in readings:
         if not value > 0.0:
             raise _refused(
-                "mass_not_positive",
-                f"part {part.id!r} has a reading of {value:g}",
-                f"{field}.mass_g",
-                value,
-                "weigh it again; leave the mass out for a part that stays and was not weighed",
+                Message("mass_not_positive", part=part.id, mass=Quantity(value, "g")), f"{field}.mass_g", value
             )
     if part.moment_g_mm is not None and part.mass_g is not None and isinstance(part.mass_g, tuple):
-        raise _refused(
-            "moment_and_ends",
-            f"part {part.id!r} has a moment and the masses of two ends",
-            f"{field}.moment_g_mm",
-            part.moment_g_mm,
-            "state one of the two",
-        )
+        raise _refused(Message("moment_and_ends", part=part.id), f"{field}.moment_g_mm", part.moment_g_mm)
     where = [place for place in places if place.label == part.present] if may_of(part) != "move" else places
     if len(masses_of(part)) == 2:
         short = next((place for place in where if fits(part, place) and len(place.axial_mm) == 1), None)
         if short is not None:
             raise _refused(
-                "two_ended_part_in_one_ended_place",
-                f"part {part.id!r} was weighed at both ends, but place {short.label!r} has one axial position",
+                Message("two_ended_part_in_one_ended_place", part=part.id, place=short.label),
                 f"{field}.mass_g",
                 list(masses_of(part)),
-                "state both axial positions of the place, or the part's whole mass",
             )
     if may_of(part) == "stay" and part.present is None:
-        raise _refused(
-            "stays_without_place",
-            f"part {part.id!r} is to stay, but its place is not stated",
-            f"{field}.present",
-            None,
-            "state the place it is in, or its mass if it may move",
-        )
+        raise _refused(Message("stays_without_place", part=part.id), f"{field}.present", None)
     if may_of(part) == "move" and not readings:
-        raise _refused(
-            "part_not_weighed",
-            f"part {part.id!r} may move, but was not weighed",
-            f"{field}.mass_g",
-            None,
-            "weigh it, or let it stay",
-        )
+        raise _refused(Message("part_not_weighed.may_move", part=part.id), f"{field}.mass_g", None)
 
 
 def _check_plausible(parts: Sequence[PartToArrange]) -> None:
@@ -168,39 +165,29 @@ def _check_plausible(parts: Sequence[PartToArrange]) -> None:
         return
     median = statistics.median(whole)
     for index, part in enumerate(parts):
-        mass = sum(masses_of(part))
-        if part.mass_g is not None and not median / IMPLAUSIBLE < mass < median * IMPLAUSIBLE:
-            raise _refused(
-                "mass_implausible",
-                f"part {part.id!r} has {mass:g} g, the median of the parts is {median:g} g",
-                f"parts[{index}].mass_g",
-                mass,
-                "was kg typed as g? State every mass in g",
-            )
+        if part.mass_g is not None:
+            _check_near(f"parts[{index}]", part.id, sum(masses_of(part)), median)
+
+
+def _check_near(field: str, part: str, mass: float, median: float) -> None:
+    if not median / IMPLAUSIBLE < mass < median * IMPLAUSIBLE:
+        raise _refused(
+            Message("mass_implausible", part=part, mass=Quantity(mass, "g"), median=Quantity(median, "g")),
+            f"{field}.mass_g",
+            mass,
+        )
 
 
 def _check_groups(request: ArrangementRequest, places: Sequence[Place]) -> None:
     known = {place.group for place in places if place.group is not None}
     for index, limit in enumerate(request.group_limits):
         if limit.group not in known:
-            raise _refused(
-                "unknown_group",
-                f"no place is in group {limit.group!r}",
-                f"group_limits[{index}].group",
-                limit.group,
-                "name the group at its places",
-            )
+            raise _refused(Message("unknown_group", group=limit.group), f"group_limits[{index}].group", limit.group)
     limited = {limit.group for limit in request.group_limits}
     labels = {place.label for place in places if place.group in limited}
     for index, part in enumerate(request.parts):
         if part.mass_g is None and part.moment_g_mm is None and part.present in labels:
-            raise _refused(
-                "part_not_weighed",
-                f"part {part.id!r} is in a group whose masses may differ by a limited amount, but was not weighed",
-                f"parts[{index}].mass_g",
-                None,
-                "weigh it, or leave the limit of its group out",
-            )
+            raise _refused(Message("part_not_weighed.in_group", part=part.id), f"parts[{index}].mass_g", None)
 
 
 def _check_complete(request: ArrangementRequest, places: Sequence[Place]) -> None:
@@ -209,53 +196,25 @@ def _check_complete(request: ArrangementRequest, places: Sequence[Place]) -> Non
     for place, k in zip(places, relative_to, strict=True):
         if k is None and not place.may_be_empty:
             raise _refused(
-                "present_incomplete",
-                f"place {place.label!r} held a part while the offset {request.offset} was taken, but none is stated",
-                "parts",
-                place.label,
-                "state the part that was there with `present`; one that stays needs no mass",
+                Message("present_incomplete", place=place.label, offset=str(request.offset)), "parts", place.label
             )
     for index, part in enumerate(request.parts):
         unknown = part.mass_g is None and part.moment_g_mm is None
         if may_of(part) == "gone" and part.present is not None and unknown:
             raise _refused(
-                "part_not_weighed",
-                f"part {part.id!r} is gone from place {part.present!r}, but its mass is not known",
-                f"parts[{index}].mass_g",
-                None,
-                "weigh what was taken off, or measure the drum again",
+                Message("part_not_weighed.gone", part=part.id, place=part.present), f"parts[{index}].mass_g", None
             )
 
 
 def _check_wishes(request: ArrangementRequest) -> None:
     unweighed = next((p for p in request.parts if p.mass_g is None and p.moment_g_mm is None), None)
     if unweighed is not None and request.offset not in ("measured", "in_balance_with_old"):
-        raise _refused(
-            "part_not_weighed",
-            f"part {unweighed.id!r} was not weighed, and the offset is that of the bare drum",
-            "parts",
-            unweighed.id,
-            "weigh every part, or state the offset measured or in_balance_with_old",
-        )
+        raise _refused(Message("part_not_weighed.bare_drum", part=unweighed.id), "parts", unweighed.id)
     if request.mode == "fewest_moves" and request.limit is None:
-        raise _refused(
-            "limit_missing",
-            "mode fewest_moves needs a limit of the objective",
-            "limit",
-            None,
-            "state the limit in the objective's unit",
-        )
+        raise _refused(Message("limit_missing"), "limit", None)
     if request.mode == "fewest_moves" and all(part.present is None for part in request.parts):
-        raise _refused(
-            "present_missing",
-            "mode fewest_moves needs the present arrangement",
-            "parts",
-            None,
-            "state where each part is now with `present`",
-        )
+        raise _refused(Message("present_missing"), "parts", None)
 
 
-def _refused(
-    code: str, message: str, field: str, value: object, advice: str = "give each its own name"
-) -> InvalidInput:
-    return InvalidInput(message, code=code, field=field, value=value, advice=advice)
+def _refused(message: Message, field: str, value: object) -> InvalidInput:
+    return InvalidInput(message, field=field, value=value)

@@ -28,6 +28,7 @@ from service.engine.arrangement.with_box import Box, with_box
 from service.engine.correction_solver import predicted_with
 from service.engine.selection_problem import PlanContext
 from service.errors import InvalidInput, OutOfOrder
+from service.messages import Message, render
 from service.model.arrangement import (
     Arrangement,
     ArrangementAnswer,
@@ -37,12 +38,13 @@ from service.model.arrangement import (
     ArrangementWhatIf,
     Mounted,
     PartToArrange,
-    Place,
     PlaneResidual,
     Replacement,
 )
 from service.model.correction import SensorVector
 from service.model.machine import Machine
+from service.model.message import message_data
+from service.model.parts import Place
 
 UNIT = {"unbalance": "g.mm", "residual_vibration": "1", "bearing_force": "1"}
 Monotonic = Callable[[], float]
@@ -85,7 +87,8 @@ def answer(
         **vars(offer),
         objective_unit=UNIT[request.objective],
         makers_rule=rule,
-        makers_rule_reason=no_rule,
+        makers_rule_reason=None if no_rule is None else render(no_rule),
+        makers_rule_reason_data=message_data(no_rule),
         objective_now=_objective_now(posed),
         evaluations=evaluations,
         seconds=monotonic() - begun,
@@ -156,23 +159,20 @@ def mounted(
     Raises InvalidInput, or OutOfOrder where there is nothing to mount.
     """
     if not arrangement.arrangement and actual is None:
-        raise OutOfOrder(
-            "this arrangement has no part in any place",
-            code="nothing_to_mount",
-            field="arrangement_id",
-            value=arrangement.id,
-            advice="state what was really mounted with `actual`",
-        )
+        raise OutOfOrder(Message("nothing_to_mount"), field="arrangement_id", value=arrangement.id)
     posed = _posed(ground, arrangement.request)
     known = {part.id: k for k, part in enumerate(posed.request.parts)}
     whole = {one.place: one.part for one in arrangement.arrangement} or {p.label: None for p in posed.places}
     for index, one in enumerate(actual or ()):
-        _require(one.place in whole, "unknown_place", f"actual[{index}].place", one.place)
-        _require(one.part is None or one.part in known, "unknown_part", f"actual[{index}].part", one.part)
+        if one.place not in whole:
+            raise _no_place(one.place, f"actual[{index}].place")
+        if one.part is not None and one.part not in known:
+            raise _no_part(one.part, f"actual[{index}].part")
         whole[one.place] = one.part
     held = [part for part in whole.values() if part is not None]
     twice = next((part for part in held if held.count(part) > 1), None)
-    _require(twice is None, "part_in_two_places", "actual", twice)
+    if twice is not None:
+        raise InvalidInput(Message("part_in_two_places.mounted", part=twice), field="actual", value=twice)
     row = np.array([EMPTY if whole[p.label] is None else known[str(whole[p.label])] for p in posed.places])
     return answers.mounted(posed, row), answers.residual(posed, row)
 
@@ -211,16 +211,19 @@ def _deviation(posed: Posed) -> Callable[[IntArray], float]:
 
 def _offer(posed: Posed, result: ArrangementResult) -> ArrangementOffer:
     row = result.arrangement
-    code = result.code or None
+    said = messages.status_message(result)
     details = dict(result.details or {})
     if "place" in details:
         details["place"] = posed.places[int(float(details["place"]))].label
     if row is None:
+        reason = messages.reason_message(result.code, details)
         return ArrangementOffer(
             status=result.status,
-            message=messages.status_message("infeasible" if result.status == "infeasible" else "none_found"),
-            code=code,
-            reason=messages.reason_message(result.code, details),
+            message=render(said),
+            message_data=message_data(said),
+            code=result.code or None,
+            reason=render(reason),
+            reason_data=message_data(reason),
             arrangement=(),
             moves=(),
             moves_count=0,
@@ -234,8 +237,9 @@ def _offer(posed: Posed, result: ArrangementResult) -> ArrangementOffer:
         )
     return ArrangementOffer(
         status=result.status,
-        message=_message(result),
-        code=code,
+        message=render(said),
+        message_data=message_data(said),
+        code=result.code or None,
         reason=None,
         arrangement=answers.mounted(posed, row),
         moves=answers.moves_in_order(posed, row) if (posed.problem.present != EMPTY).any() else (),
@@ -249,16 +253,6 @@ def _offer(posed: Posed, result: ArrangementResult) -> ArrangementOffer:
         residual=answers.residual(posed, row),
         predicted=_predicted(posed, row),
     )
-
-
-def _message(result: ArrangementResult) -> str:
-    if result.code:
-        return messages.status_message(result.code)
-    if result.moves_bound is None:
-        return messages.status_message(result.status, gap=result.gap)
-    if result.status == "optimal":
-        return messages.status_message("fewest")
-    return messages.status_message("fewest_not_proved", moves=result.moves, bound=result.moves_bound)
 
 
 def _predicted(posed: Posed, row: IntArray) -> tuple[SensorVector, ...]:
@@ -286,7 +280,8 @@ def _changed(request: ArrangementRequest, asked: ArrangementWhatIf) -> Arrangeme
     known = {part.id for part in request.parts}
     for field, names in (("missing", asked.missing), ("stay", asked.stay)):
         for index, name in enumerate(names):
-            _require(name in known, "unknown_part", f"{field}[{index}]", name)
+            if name not in known:
+                raise _no_part(name, f"{field}[{index}]")
     relative = request.offset in ("measured", "in_balance_with_old")
     parts: list[PartToArrange] = []
     for part in request.parts:
@@ -303,7 +298,8 @@ def _changed(request: ArrangementRequest, asked: ArrangementWhatIf) -> Arrangeme
 
 def _replacement(posed: Posed, label: str) -> Replacement:
     labels = [place.label for place in posed.places]
-    _require(label in labels, "unknown_place", "replace", label)
+    if label not in labels:
+        raise _no_place(label, "replace")
     place = labels.index(label)
     problem = posed.problem
     row = problem.present.copy()
@@ -327,11 +323,9 @@ def _replacement(posed: Posed, label: str) -> Replacement:
     )
 
 
-def _require(holds: bool, code: str, field: str, value: object) -> None:
-    if not holds:
-        said = {
-            "unknown_part": "there is no part {!r} in this arrangement",
-            "unknown_place": "there is no place {!r} in this arrangement",
-            "part_in_two_places": "part {!r} cannot be in two places",
-        }[code]
-        raise InvalidInput(said.format(value), code=code, field=field, value=value, advice="look the label up")
+def _no_part(name: str, field: str) -> InvalidInput:
+    return InvalidInput(Message("unknown_part", part=name), field=field, value=name)
+
+
+def _no_place(label: str, field: str) -> InvalidInput:
+    return InvalidInput(Message("unknown_place", place=label), field=field, value=label)

@@ -24,6 +24,7 @@ from service.engine.rotor_state import in_order
 from service.engine.selection_problem import selection_plane
 from service.engine.validation import hole_label
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.arrangement import ArrangementOffer
 from service.model.machine import CatalogueItem, Machine
 from service.model.plan import Placement, PlanRequest
@@ -53,11 +54,7 @@ def with_box(
     machine = posed.frame.machine
     if box is None or machine is None:
         raise InvalidInput(
-            f"use {posed.request.use} needs a machine with holes and a box of stock masses",
-            code="catalogue_missing",
-            field="catalogue_id",
-            value=None,
-            advice="state machine_id and catalogue_id, or use parts alone",
+            Message("catalogue_missing.for_parts", use=posed.request.use), field="catalogue_id", value=None
         )
     choice = _choice(posed, machine, box)
     limit = posed.request.limit if posed.request.mode == "fewest_moves" else None

@@ -10,7 +10,8 @@ from db.store import Store
 from service.engine import arrangement as engine
 from service.engine.rotor_state import on_rotor
 from service.engine.selection_problem import PlanContext as MeasuredGround
-from service.errors import Conflict, InvalidInput
+from service.errors import Conflict, InvalidInput, OutOfOrder
+from service.messages import Message
 from service.model.arrangement import (
     Arrangement,
     ArrangementAnswer,
@@ -18,9 +19,9 @@ from service.model.arrangement import (
     ArrangementRequest,
     ArrangementWhatIf,
     MountedRequest,
-    Place,
 )
 from service.model.machine import Machine
+from service.model.parts import Place
 from service.model.plan import Placement, PlanInputs
 from service.model.run import MassOnRotor
 from service.runtime.context import AppContext, require
@@ -96,6 +97,26 @@ def what_if(work: AppContext, arrangement_id: str, asked: ArrangementWhatIf) -> 
         return engine.what_if(ground, made, asked, work.monotonic)
 
 
+def lock(work: AppContext, arrangement_id: str) -> Arrangement:
+    """Report that the drum is locked, so that parts can be moved. Raises NotFound, or Conflict once it is mounted."""
+    with work.write() as store:
+        row = require(store, ArrangementRow, arrangement_id, lock=True)
+        if row.arrangement.state == "mounted":
+            raise _mounted_before(arrangement_id)
+        row.arrangement = replace(row.arrangement, locked_at=work.now())
+        return row.arrangement
+
+
+def release(work: AppContext, arrangement_id: str) -> Arrangement:
+    """Report that the drum may turn again. Raises NotFound, or Conflict where nothing was mounted."""
+    with work.write() as store:
+        row = require(store, ArrangementRow, arrangement_id, lock=True)
+        if row.arrangement.state != "mounted":
+            raise OutOfOrder(Message("arrangement_not_mounted"), field="arrangement_id", value=arrangement_id)
+        row.arrangement = replace(row.arrangement, released_at=work.now())
+        return row.arrangement
+
+
 def mounted(work: AppContext, arrangement_id: str, request: MountedRequest) -> Arrangement:
     """State what is mounted where: parts become part of the machine's history.
 
@@ -105,13 +126,7 @@ def mounted(work: AppContext, arrangement_id: str, request: MountedRequest) -> A
         row = require(store, ArrangementRow, arrangement_id, lock=True)
         made = row.arrangement
         if made.state == "mounted":
-            raise Conflict(
-                "this arrangement is stated mounted already",
-                code="arrangement_mounted",
-                field="arrangement_id",
-                value=arrangement_id,
-                advice="ask for another arrangement from what is mounted now",
-            )
+            raise _mounted_before(arrangement_id)
         ground, _, _ = _ground(store, made.request, work.now(), made.places)
         really, left = engine.mounted(ground, made, request.actual)
         now = work.now()
@@ -122,6 +137,10 @@ def mounted(work: AppContext, arrangement_id: str, request: MountedRequest) -> A
         return row.arrangement
 
 
+def _mounted_before(arrangement_id: str) -> Conflict:
+    return Conflict(Message("arrangement_mounted"), field="arrangement_id", value=arrangement_id)
+
+
 def _ground(
     store: Store, request: ArrangementRequest, now: datetime, places: tuple[Place, ...] | None = None
 ) -> tuple[engine.ArrangementContext, str | None, str | None]:
@@ -130,13 +149,7 @@ def _ground(
     session_id = request.session_id or (None if correction is None else correction.session_id)
     session = None if session_id is None else require(store, SessionRow, session_id)
     if correction is not None and session is not None and correction.session_id != session.id:
-        raise Conflict(
-            f"correction {correction.id!r} belongs to another session",
-            code="correction_of_other_session",
-            field="correction_id",
-            value=correction.id,
-            advice="take a correction of this session",
-        )
+        raise Conflict(Message("correction_of_other_session.for_parts"), field="correction_id", value=correction.id)
     machine, machine_id = _machine(store, request, session)
     measured = None
     if correction is not None and session is not None:
@@ -152,13 +165,7 @@ def _machine(
 ) -> tuple[Machine | None, str | None]:
     if session is not None:
         if request.machine_id not in (None, session.machine_id):
-            raise Conflict(
-                f"session {session.id!r} is of another machine",
-                code="session_of_other_machine",
-                field="machine_id",
-                value=request.machine_id,
-                advice="leave machine_id out: the session brings its machine",
-            )
+            raise Conflict(Message("session_of_other_machine.arranging"), field="machine_id", value=request.machine_id)
         return session.machine, session.machine_id
     if request.machine_id is None:
         return None, None
@@ -168,34 +175,18 @@ def _machine(
 def _places(store: Store, request: ArrangementRequest, machine_id: str | None) -> tuple[Place, ...]:
     if (request.places is None) == (request.set is None):
         raise InvalidInput(
-            "state the places, or the name of one of the machine's sets of places",
-            code="places_missing" if request.places is None else "places_and_set",
-            field="places",
-            value=request.set,
-            advice="give one of `places` and `set`",
+            Message("places_missing" if request.places is None else "places_and_set"), field="places", value=request.set
         )
     if request.places is not None:
         return request.places
     if machine_id is None:
-        raise InvalidInput(
-            "a set of places belongs to a machine",
-            code="machine_missing",
-            field="machine_id",
-            value=None,
-            advice="state machine_id, or the places themselves",
-        )
+        raise InvalidInput(Message("machine_missing.for_set"), field="machine_id", value=None)
     return place_sets.named(store, machine_id, request.set or "").places
 
 
 def _measured(store: Store, session: SessionRow, row: CorrectionRow) -> MeasuredGround:
     if row.correction.stale:
-        raise Conflict(
-            "a run was added or excluded since this correction",
-            code="correction_stale",
-            field="correction_id",
-            value=row.id,
-            advice="ask for corrections again, then arrange with the new one",
-        )
+        raise Conflict(Message("correction_stale"), field="correction_id", value=row.id)
     return MeasuredGround(
         machine=session.machine,
         items=(),

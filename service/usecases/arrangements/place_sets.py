@@ -6,7 +6,8 @@ from db.rows import MachineRow, PlaceSetRow
 from db.store import Store
 from service.engine.arrangement import check_places
 from service.errors import NotFound
-from service.model.arrangement import PlaceSet, PlaceSetRequest
+from service.messages import Message
+from service.model.parts import PlaceSet, PlaceSetRequest
 from service.runtime.context import AppContext, require
 
 
@@ -37,13 +38,7 @@ def named(store: Store, machine_id: str, name: str) -> PlaceSet:
     """One set of places. Raises NotFound."""
     row = next((row for row in store.place_sets(machine_id) if row.name == name), None)
     if row is None:
-        raise NotFound(
-            f"the machine has no set of places {name!r}",
-            code="place_set_not_found",
-            field="set",
-            value=name,
-            advice="list them: GET /machines/{id}/place-sets",
-        )
+        raise NotFound(Message("place_set_not_found", name=name), field="set", value=name)
     return _view(row)
 
 
