@@ -34,6 +34,7 @@ from service.settings import Settings
 from service.usecases.access.login_throttle import LoginThrottle
 from service.version import __version__
 from service.web import pages
+from service.web.routers import arrangements as arrangement_pages
 from service.web.routers import reports
 
 PREFIX = "/api/v1"
@@ -78,6 +79,7 @@ def create_app(settings: Settings, work: AppContext | None = None) -> FastAPI:
     for prefix in ("", PREFIX):
         app.include_router(health.probes, prefix=prefix, include_in_schema=False)
     openapi.install(app)
-    app.include_router(reports.files, prefix=PREFIX, include_in_schema=False)
+    for files in (reports.files, arrangement_pages.files):
+        app.include_router(files, prefix=PREFIX, include_in_schema=False)
     pages.install(app)
     return app

@@ -10,6 +10,7 @@
     paper      rings, spokes, key-phasor mark and senses of a polar plot
     polar      vibration of a sensor: runs, what each change of masses did, prediction, limit
     masses     correction of a plane with its region, and the pieces that make it up
+    part_places a drum with its parts, from the end and unrolled
     ends       end view of the drum: which mass goes into which hole
     bars       before and after, with the limit
     front      what a further mass would bring

@@ -12,6 +12,7 @@ from service.engine.mapping import Channel, bearing_places, limit_of
 from service.errors import DrumtrueError
 from service.model.base import read_json, to_plain, write_json
 from service.model.machine import Machine, StoredMachine
+from service.usecases.arrangements import place_sets
 from service.usecases.machines import influence, machines
 from service.usecases.sessions import sessions
 from service.web import machine_forms, trends
@@ -70,6 +71,7 @@ def machine_page(page: PageDep, machine_id: Key) -> HTMLResponse:
         limits={one.name: limit_of(machine, Channel(one, machine.service_speed_rpm)) for one in machine.sensors},
         places=bearing_places(machine),
         stated=machine_forms.stated_bearings(machine),
+        part_sets=place_sets.find(page.work, machine_id),
     )
 
 

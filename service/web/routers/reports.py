@@ -39,14 +39,14 @@ def get_report_pdf(page: PageDep, session_id: Key) -> Response:
     """The certificate as PDF, in the language and units of the cookie or of Accept-Language."""
     from service.web.certificate.pdf import to_pdf
 
-    return _file(to_pdf(_sheet(page, session_id)), "application/pdf", f"certificate-{session_id}.pdf")
+    return file_answer(to_pdf(_sheet(page, session_id)), "application/pdf", f"certificate-{session_id}.pdf")
 
 
 @files.get("/sessions/{session_id}/report.csv")
 def get_report_csv(page: PageDep, session_id: Key) -> Response:
     """The report as a table for a spreadsheet, in the units it is stored in."""
     text = report_csv(sessions.get(page.work, session_id), reports.report(page.work, session_id))
-    return _file(text.encode("utf-8-sig"), "text/csv; charset=utf-8", f"report-{session_id}.csv")
+    return file_answer(text.encode("utf-8-sig"), "text/csv; charset=utf-8", f"report-{session_id}.csv")
 
 
 def _sheet(page: PageDep, session_id: str) -> Sheet:
@@ -54,7 +54,8 @@ def _sheet(page: PageDep, session_id: str) -> Sheet:
     return certificate(session, reports.report(page.work, session_id), Reader(page.preferences))
 
 
-def _file(content: bytes, media_type: str, name: str) -> Response:
+def file_answer(content: bytes, media_type: str, name: str) -> Response:
+    """A file that the browser shows, and does not keep."""
     headers = {
         "content-disposition": f'inline; filename="{name}"',
         "cache-control": "no-store",

@@ -57,7 +57,7 @@ def begin_stop(page: PageDep, guide: GuideDep, typed: TypedDep) -> Response:
 @router.post("/{number}/lock")
 def lock_machine(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """The drum stands still, the key is out, the drum is blocked."""
-    form = _ticked(page, typed, LOCK)
+    form = ticked(page, typed, LOCK)
     return _then(page, guide, typed, form, lambda work: stops.lock(work, guide.session.id, number))
 
 
@@ -102,7 +102,7 @@ def masses_off(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> 
 @router.post("/{number}/release")
 def release_machine(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) -> Response:
     """Bolts are torqued, tools are out, guards are on."""
-    form = _ticked(page, typed, RELEASE)
+    form = ticked(page, typed, RELEASE)
     return _then(page, guide, typed, form, lambda work: stops.release(work, guide.session.id, number))
 
 
@@ -113,7 +113,8 @@ def cancel_stop(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) ->
     return _then(page, guide, typed, form, lambda work: stops.cancel(work, guide.session.id, number))
 
 
-def _ticked(page: Page, typed: dict[str, str], names: tuple[str, ...]) -> Form:
+def ticked(page: Page, typed: dict[str, str], names: tuple[str, ...]) -> Form:
+    """The form, with a fault beside each of these boxes that is not ticked."""
     form = Form(typed, page.preferences)
     for name in names:
         if not form.ticked(name):
