@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from service.model.arrangement import Move
+from service.model.arrangement import Arrangement
 
 Action = Literal["off", "lay", "move", "on"]
 
@@ -21,17 +20,17 @@ class Handling:
     to: str | None
 
 
-def handlings(moves: Sequence[Move]) -> tuple[Handling, ...]:
+def handlings(made: Arrangement) -> tuple[Handling, ...]:
     """What is done with each part, in order: at most one part that goes back on lies aside at any time.
 
-    A part whose place is needed before its own turn is laid down first.
+    What is gone, such as a broken part, comes off first. A part whose place is needed before its own turn is laid down.
     """
-    inside = {move.leaves: move.part for move in moves if move.leaves is not None}
+    inside = {move.leaves: move.part for move in made.moves if move.leaves is not None}
     lying: set[str] = set()
-    out: list[Handling] = []
-    for move in moves:
+    out = [Handling("off", p.id, p.present, None) for p in made.request.parts if p.may == "gone" and p.present]
+    for move in made.moves:
+        inside = {place: part for place, part in inside.items() if part != move.part}
         if move.to is None:
-            inside = {place: part for place, part in inside.items() if part != move.part}
             out.append(Handling("off", move.part, move.leaves, None))
             continue
         held = inside.pop(move.to, None)
@@ -39,8 +38,6 @@ def handlings(moves: Sequence[Move]) -> tuple[Handling, ...]:
             lying.add(held)
             out.append(Handling("lay", held, move.to, None))
         aside = move.part in lying or move.leaves is None
-        if move.leaves is not None:
-            lying.discard(move.part)
-            inside = {place: part for place, part in inside.items() if part != move.part}
+        lying.discard(move.part)
         out.append(Handling("on" if aside else "move", move.part, None if aside else move.leaves, move.to))
     return tuple(out)

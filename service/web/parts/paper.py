@@ -101,7 +101,7 @@ def _moves(made: Arrangement, reader: Reader) -> tuple[Part, ...]:
     said = {"off": _("take off"), "lay": _("take off, lay down"), "move": _("move"), "on": _("mount")}
     rows = tuple(
         (str(number), said[one.action], one.part, one.leaves or DASH, one.to or DASH)
-        for number, one in enumerate(mounting.handlings(made.moves), 1)
+        for number, one in enumerate(mounting.handlings(made), 1)
     )
     heads = ("", _("What"), _("Part"), _("From place"), _("To place"))
     return (Table(heads, rows, (8, 32, 24, 18, 18)),) if rows else ()
@@ -130,11 +130,14 @@ def _proof(made: Arrangement, reader: Reader) -> tuple[Part, ...]:
     lines = [f"{reader.words(made.message_data or made.message)}."]
     if made.objective_value is not None:
         found = views.figures(made, reader)
-        lines.append(_("This order leaves %(value)s.") % {"value": found.best})
+        lines.append(_("This order leaves %(value)s.") % {"value": views.objective(made, made.objective_value, reader)})
         if found.now is not None:
-            lines.append(_("The order before left %(value)s.") % {"value": found.now})
-        if found.rule is not None:
-            lines.append(_("The maker's rule, heaviest parts opposite, would leave %(value)s.") % {"value": found.rule})
+            lines.append(
+                _("The order before left %(value)s.") % {"value": views.objective(made, made.objective_now, reader)}
+            )
+        if made.makers_rule is not None:
+            told = views.objective(made, made.makers_rule.objective_value, reader)
+            lines.append(_("The maker's rule, heaviest parts opposite, would leave %(value)s.") % {"value": told})
         if found.scale is not None:
             lines.append(_("What the scale cannot tell: %(value)s, one standard deviation.") % {"value": found.scale})
     return (Lines(tuple(lines)),)

@@ -16,11 +16,11 @@ from service.web.pictures.reader import Reader
 
 @dataclass(frozen=True)
 class Figures:
-    """What an order leaves, in the reader's words; none of them where it is not known."""
+    """What an order leaves, each in two parts as `parted` tells it; none of them where it is not known."""
 
-    best: str
-    now: str | None
-    rule: str | None
+    best: tuple[str, str]
+    now: tuple[str, str] | None
+    rule: tuple[str, str] | None
     times: float | None
     """How many times as much the maker's rule leaves."""
     scale: str | None
@@ -63,26 +63,35 @@ def figures(made: Arrangement, reader: Reader) -> Figures:
     if rule is not None and made.objective_value:
         times = rule.objective_value / made.objective_value
     return Figures(
-        best=objective(made, made.objective_value, reader),
-        now=None if made.objective_now is None else objective(made, made.objective_now, reader),
-        rule=None if rule is None else objective(made, rule.objective_value, reader),
+        best=parted(made, made.objective_value, reader),
+        now=None if made.objective_now is None else parted(made, made.objective_now, reader),
+        rule=None if rule is None else parted(made, rule.objective_value, reader),
         times=times,
         scale=None if made.objective_scatter is None else objective(made, made.objective_scatter, reader),
     )
 
 
 def objective(made: Arrangement, value: float | None, reader: Reader) -> str:
-    """An objective with its unit: unbalance with the mass that it is at the places' radius; a share as per cent."""
+    """An objective with its unit, in a sentence."""
+    figure, means = parted(made, value, reader)
+    return f"{figure} ({means})" if made.objective_unit == "g.mm" and means else f"{figure} {means}".strip()
+
+
+def parted(made: Arrangement, value: float | None, reader: Reader) -> tuple[str, str]:
+    """An objective and what it is: the mass at the parts' radius, and its unbalance; or a share, and of what."""
     show, _ = reader.show, reader.gettext
     if value is None:
-        return "\N{EM DASH}"
+        return "\N{EM DASH}", ""
     if made.objective_unit == "g.mm":
-        grams = show.mass(_rounded(value / made.places[0].radius_mm))
-        return _("%(unbalance)s (%(mass)s at the parts)") % {"unbalance": show.unbalance(value), "mass": grams}
+        grams = value / made.places[0].radius_mm
+        # What is less than a milligram is nothing on any scale for such parts.
+        return show.mass(0.0 if grams < 1e-3 else grams), _("at the parts: %(unbalance)s") % {
+            "unbalance": show.unbalance(value)
+        }
     share = show.percent(value) if value >= 0.1 else f"{reader.number(100.0 * value)} %"
     if made.request.objective == "residual_vibration":
-        return _("%(share)s of the vibration limit") % {"share": share}
-    return _("%(share)s of the forces now") % {"share": share}
+        return share, _("of the vibration limit")
+    return share, _("of the forces now")
 
 
 def mass(show: Display, reading: Mass) -> str:
@@ -106,8 +115,3 @@ def differing(made: Arrangement) -> tuple[Mounted, ...]:
 def _one(place: Place, part: str | None, before: str | None) -> PlacedPart:
     state: State = "empty" if part is None else "stays" if part == before else "comes"
     return PlacedPart(place.label, place.angle_deg, place.axial_mm, part, state)
-
-
-def _rounded(grams: float) -> float:
-    """What is less than a milligram is nothing on any scale for such parts."""
-    return 0.0 if abs(grams) < 1e-3 else grams

@@ -27,8 +27,8 @@ APART = 25.0
 MAX_NAMED = 24
 """Places up to which every one has its words in the end view."""
 LEFT, RIGHT, TOP = 96.0, WIDTH - 60.0, 84.0
-ROW = 25.0
-"""Height of a row of the unrolled drum."""
+ROW, MARGIN = 25.0, 24.0
+"""Height of a row of the unrolled drum, and room above the first one for its words."""
 LEAST_HEIGHT, GREATEST_HEIGHT = 300.0, 1100.0
 
 
@@ -92,15 +92,20 @@ def unrolled(
         return LEFT + 34.0 + (RIGHT - LEFT - 68.0) * ((axial - low) / span if high > low else 0.5)
 
     def y_of(degrees: float) -> float:
-        return TOP + 12.0 + (height - 24.0) * normal_degrees(degrees) / 360.0
+        return TOP + MARGIN + (height - 2.0 * MARGIN) * normal_degrees(degrees) / 360.0
 
     items: list[Item] = [
         Words((WIDTH / 2, 22.0), title, "pic-title", size=19.0),
-        Words((WIDTH / 2, 42.0), _("across: along the shaft; down: angle from the mark"), "pic-small", size=14.0),
+        Words(
+            (WIDTH / 2, 42.0),
+            _("across: along the shaft; down: angle from the mark; place: part"),
+            "pic-small",
+            size=14.0,
+        ),
         Line(((LEFT, TOP), (RIGHT, TOP), (RIGHT, TOP + height), (LEFT, TOP + height)), "pic-drum", True),
     ]
     for degrees in range(0, 361, 45):
-        y = TOP + 12.0 + (height - 24.0) * degrees / 360.0
+        y = TOP + MARGIN + (height - 2.0 * MARGIN) * degrees / 360.0
         items.append(Line(((LEFT, y), (RIGHT, y)), "pic-grid"))
         items.append(Words((LEFT - 10.0, y + 5.0), f"{degrees}°", "pic-small", "end", 13.0))
     for name, at in planes:
