@@ -11,7 +11,6 @@ from collections.abc import Callable, Generator
 from typing import Any
 
 import psycopg
-from sqlalchemy import Connection
 
 CONNECT_S = 2
 """How long a connection may take to be made, s; libpq counts whole seconds and takes 2 at least."""
@@ -41,10 +40,3 @@ class BoundedConnection(psycopg.Connection[Any]):
                 wanted = gen.send(ready)
         except StopIteration as done:
             return done.value
-
-
-def be_patient(connection: Connection, patience_s: float) -> None:
-    """Let statements of a unit of work over PostgreSQL take longer, s, up to its end."""
-    driver = connection.connection.driver_connection
-    if isinstance(driver, BoundedConnection) and driver.patience_s is not None:
-        driver.patience_s = patience_s  # the next unit of work sets it back, as it tries the connection

@@ -10,15 +10,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import psycopg
-from psycopg.pq import TransactionStatus
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import URL, make_url
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
-from db.bounded_connection import CONNECT_S, PING_S, BoundedConnection
 from db.history import History
 from db.pubsub import Notices
 from db.store import Store
@@ -60,8 +57,9 @@ def lacks_room(error: BaseException) -> bool:
 
 def is_away(error: OperationalError) -> bool:
     """Whether the engine did not answer in time: its server is gone, or others hold SQLite's lock for too long."""
-    if error.connection_invalidated or (isinstance(error.orig, psycopg.OperationalError) and not error.orig.sqlstate):
-        return True  # lost in the middle, or not to be had: psycopg has no state where no server gave one
+    # Lost in the middle, or not to be had: psycopg's errors have a state, an empty one where no server gave it.
+    if error.connection_invalidated or getattr(error.orig, "sqlstate", "none") is None:
+        return True
     code = getattr(error.orig, "sqlite_errorcode", 0) & 0xFF
     starting_or_ending = str(getattr(error.orig, "sqlstate", "")).startswith("57P0")
     return starting_or_ending or code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
@@ -171,7 +169,7 @@ def _require_alive(session: Session) -> None:
     alive = session.is_active
     if alive and session.get_bind().dialect.name == "postgresql":
         driver: Any = session.connection().connection.driver_connection
-        alive = driver.info.transaction_status != TransactionStatus.INERROR
+        alive = driver.info.transaction_status.name != "INERROR"
     if not alive:
         raise Undone("a statement of this unit of work was refused, and all of it undone: nothing was stored")
 
@@ -190,6 +188,8 @@ def _server_engine(url: URL, patience_s: float | None) -> Engine:
     """An engine over PostgreSQL, which tries a connection that was idle before it hands it out."""
     if patience_s is None:
         return create_engine(url, pool_pre_ping=True)
+    from db.bounded_connection import CONNECT_S, PING_S, BoundedConnection  # psycopg, which SQLite does not need
+
     engine = create_engine(url, pool_pre_ping=True, pool_timeout=POOL_S)
     ping = engine.dialect.do_ping
 

@@ -1,4 +1,7 @@
-"""The schema, through Alembic only."""
+"""The schema, through Alembic only.
+
+Alembic is loaded where the schema is changed: a start that finds it up to date needs the table of its version alone.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +9,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from alembic import command
-from alembic.autogenerate import compare_metadata
-from alembic.config import Config
-from alembic.runtime.migration import MigrationContext
-from alembic.script import ScriptDirectory
-from sqlalchemy import Connection, text
+from sqlalchemy import Connection, inspect, text
 
 from db.database import Database
-from db.rows import Base
+
+if TYPE_CHECKING:
+    from alembic.config import Config
+
+MIGRATIONS = Path(__file__).parent / "migrations"
+_VERSION_TABLE = "alembic_version"
 
 _MIGRATING = 4_672
 """Advisory lock of PostgreSQL."""
@@ -23,12 +27,16 @@ _MIGRATING = 4_672
 
 def upgrade(database: Database, revision: str = "head") -> None:
     """Bring the schema up to `revision`, keeping the data. Several processes that do it at once wait for each other."""
+    from alembic import command
+
     with _alone(database) as connection:
         command.upgrade(_config(connection), revision)
 
 
 def downgrade(database: Database, revision: str) -> None:
     """Take the schema back to `revision`; `base` is before the first table."""
+    from alembic import command
+
     with _alone(database) as connection:
         command.downgrade(_config(connection), revision)
 
@@ -45,7 +53,9 @@ def _alone(database: Database) -> Iterator[Connection]:
 def present_revision(database: Database) -> str | None:
     """The revision the schema is at; None for an empty database."""
     with database.engine.connect() as connection:
-        return MigrationContext.configure(connection).get_current_revision()
+        if not inspect(connection).has_table(_VERSION_TABLE):
+            return None
+        return connection.execute(text(f"SELECT version_num FROM {_VERSION_TABLE}")).scalar()  # noqa: S608
 
 
 def newest_revision() -> str:
@@ -60,25 +70,34 @@ def is_known(revision: str | None) -> bool:
 
 @cache
 def revisions() -> tuple[str, ...]:
-    """All revisions, oldest first, as they were when this process first asked."""
-    return tuple(script.revision for script in ScriptDirectory.from_config(_config()).walk_revisions())[::-1]
+    """All revisions, oldest first, as they were when this process first asked: the numbers of the migrations' files."""
+    return tuple(sorted(path.name.partition("_")[0] for path in (MIGRATIONS / "versions").glob("[0-9]*_*.py")))
 
 
 def drift(database: Database) -> list[object]:
     """Differences between the schema and the tables in `rows`; empty when the migrations are complete."""
+    from alembic.autogenerate import compare_metadata
+    from alembic.runtime.migration import MigrationContext
+
+    from db.rows import Base
+
     with database.engine.connect() as connection:
         return list(compare_metadata(MigrationContext.configure(connection), Base.metadata))
 
 
 def revise(database: Database, message: str) -> None:
     """Write a migration from the present schema to the tables in `rows`, numbered after the newest one."""
+    from alembic import command
+
     number = f"{int(newest_revision()) + 1:04d}"
     with database.engine.begin() as connection:
         command.revision(_config(connection), message, autogenerate=True, rev_id=number)
 
 
 def _config(connection: Connection | None = None) -> Config:
+    from alembic.config import Config
+
     config = Config()
-    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+    config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
     config.attributes["connection"] = connection
     return config

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import psycopg
 from sqlalchemy import Engine, event, text
 from sqlalchemy.orm import Session
 
@@ -121,6 +120,8 @@ class _Listener(threading.Thread):
         self.join(timeout=2 * LISTEN_S)
 
     def run(self) -> None:
+        import psycopg  # its libraries take as long to load as all of SQLite's work at a start
+
         while not self._ended.is_set():
             try:
                 self._listen()
@@ -128,6 +129,8 @@ class _Listener(threading.Thread):
                 self._ended.wait(RETRY_S)
 
     def _listen(self) -> None:
+        import psycopg
+
         where, how = self._engine.dialect.create_connect_args(self._engine.url)
         with psycopg.connect(*where, **{**how, "autocommit": True}) as connection:
             connection.execute(f"LISTEN {CHANNEL}")

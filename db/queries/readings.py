@@ -8,8 +8,8 @@ from typing import Any, NamedTuple, cast
 
 from sqlalchemy import ColumnElement, CursorResult, Select, delete, func, insert, literal, or_, select, update
 
-from db.bounded_connection import be_patient
 from db.bulk_insert import NewReading, insert_new
+from db.patience import be_patient
 from db.pubsub import stream
 from db.queries.base import Queries
 from db.reading_batches import BATCH, Range, batch_digest, is_within, merged, ranges_of

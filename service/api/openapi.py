@@ -48,7 +48,6 @@ def install(app: FastAPI) -> None:
             schemas = document["components"]["schemas"]
             schemas.pop("HTTPValidationError", None)
             schemas.pop("ValidationError", None)
-            _describe_inherited(schemas)
         return app.openapi_schema or {}
 
     app.openapi = finished  # type: ignore[method-assign]
@@ -73,17 +72,6 @@ def examples() -> dict[str, Any]:
     text = files("service.api").joinpath("examples.json").read_text(encoding="utf-8")
     loaded: dict[str, Any] = json.loads(text)
     return loaded
-
-
-def _describe_inherited(schemas: dict[str, Any]) -> None:
-    """Give a document's inherited fields the description they have in its parent: pydantic reads a class's own only."""
-    fields: dict[str, dict[str, Any]] = {name: schema.get("properties", {}) for name, schema in schemas.items()}
-    for own in fields.values():
-        for parent in fields.values():
-            if parent is not own and parent.keys() <= own.keys():
-                for name, entry in parent.items():
-                    if "description" in entry:
-                        own[name].setdefault("description", entry["description"])
 
 
 def _is_problem(content: dict[str, Any]) -> bool:

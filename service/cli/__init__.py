@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
 import sys
 from dataclasses import replace
@@ -18,6 +20,9 @@ from service.errors import DrumtrueError
 # Matrices here are small, and solves run side by side: threads of the linear algebra only wait for one another.
 # On two busy cores they took ten times the processor time. Set before numpy is imported; a user's own choice stays.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+YOUNG_OBJECTS = 50_000
+"""What a start loads stays: with the usual 700 it would be looked through for garbage again and again."""
 
 app = typer.Typer(
     name="drumtrue",
@@ -36,6 +41,8 @@ def main() -> None:
     """Run the command line; a deliberate error is told in words and ends with status 1."""
     from drivers.errors import DriverError
 
+    gc.set_threshold(YOUNG_OBJECTS, 20, 100)
+    atexit.register(gc.freeze)  # nor is it looked through at the end
     # Databases, spools and backups hold a customer's records and the digests of tokens.
     os.umask(os.umask(0o077) | 0o077)
     try:

@@ -24,7 +24,7 @@ ASSUMPTIONS: tuple[Assumption, ...] = ("rigid_rotor", "no_bow")
 """What a balance quality from vibration assumes: runs at one speed cannot show either."""
 
 
-def tolerance_of(machine: Machine, still_needed: ComplexArray, covariance: FloatArray, dof: int) -> Tolerance | None:
+def tolerance_of(machine: Machine, still_needed: ComplexArray, covariance: FloatArray, dof: float) -> Tolerance | None:
     """Balance quality (ISO 21940-11) of a rotor that still needs the masses `still_needed` (P,) complex g.
 
     None where grade, rotor mass, two bearings about the mass centre or the planes' places are not stated.

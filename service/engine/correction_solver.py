@@ -105,7 +105,7 @@ def _answered(
         _require_response(fitted)
     asked = wishes(machine, runs, fitted.rows, request, on_rotor)
     answer = _solved(machine, runs, fitted, request, asked)
-    fit, dof = fitted.fit, int(fitted.fit.scatter_dof.min())
+    fit, dof = fitted.fit, float(fitted.fit.scatter_dof.min())
     as_found = predict(fit, np.zeros(len(machine.planes), dtype=complex))
     present = _present(machine, runs, on_rotor)
     ungraded = balance_quality.tolerance_missing(machine)

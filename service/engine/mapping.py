@@ -241,7 +241,7 @@ def coefficients(machine: Machine, rows: Sequence[Channel], fit: InfluenceFit) -
 
 
 def plane_masses(
-    machine: Machine, vectors: ComplexArray, covariance: FloatArray | None = None, dof: int = 0
+    machine: Machine, vectors: ComplexArray, covariance: FloatArray | None = None, dof: float = 0.0
 ) -> tuple[PlaneMass, ...]:
     """Continuous masses (P,) complex g with intervals from their covariance (2P, 2P)."""
     if covariance is None:

@@ -8,12 +8,20 @@ from functools import cache
 from typing import Annotated, Any, TypeVar, cast, dataclass_transform
 
 from annotated_types import Ge, Le, Len
-from pydantic import AfterValidator, AwareDatetime, ConfigDict, GetCoreSchemaHandler, StringConstraints, TypeAdapter
+from pydantic import (
+    AfterValidator,
+    AwareDatetime,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    StringConstraints,
+    TypeAdapter,
+)
 from pydantic_core import CoreSchema
 
 T = TypeVar("T")
 
-STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -21,19 +29,27 @@ def document(cls: type[T]) -> type[T]:
     """Make `cls` a frozen keyword-only dataclass that pydantic validates strictly."""
     cls.__pydantic_config__ = STRICT  # type: ignore[attr-defined]
     cls.__get_pydantic_core_schema__ = classmethod(_schema_made_once)  # type: ignore[attr-defined]
+    cls.__get_pydantic_json_schema__ = classmethod(_described)  # type: ignore[attr-defined]
     return dataclass(frozen=True, kw_only=True)(cls)
 
 
 def _schema_made_once(cls: Any, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
     """Pydantic's own schema of a document, made at its first use.
 
-    A document is part of many others and of many routes. pydantic would read the class, its source text included, for
-    each of them, and every start of the service would take seconds longer.
+    A document is part of many others and of many routes. pydantic would read the class for each of them, and every
+    start of the service would take seconds longer.
     """
     if "_schema" not in cls.__dict__:
         cls._schema = None  # being made: the call from within asks pydantic
         cls._schema = TypeAdapter(cls).core_schema
     return cls._schema or handler(source)
+
+
+def _described(cls: Any, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    """Describe the fields in the API document."""
+    from service.model.descriptions import describe  # reads source text, which validation never needs
+
+    return describe(cls, schema, handler)
 
 
 Name = Annotated[

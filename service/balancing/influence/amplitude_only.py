@@ -227,7 +227,7 @@ def _as_fit(
         initial=x[:, 0],
         covariance=np.full((sensors, planes + 1, planes + 1), complex(np.nan, np.nan)),
         dof=np.maximum(np.isfinite(amplitudes).sum(axis=0) - 2 * planes - 1, 0),
-        scatter_dof=np.zeros(sensors, dtype=np.int64),
+        scatter_dof=np.zeros(sensors),
         condition=condition(x[:, 1:]),
         residuals=residuals,
         chi_square=np.full(sensors, np.nan),

@@ -7,6 +7,7 @@ A, its own weights and its own missing readings. Several speeds are several rows
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -31,7 +32,7 @@ __all__ = [
     "refuted",
 ]
 
-KNOWN_SCATTER = int(np.iinfo(np.int64).max)
+KNOWN_SCATTER = math.inf
 """Degrees of freedom behind a scatter that was stated with the readings instead of estimated from the residuals."""
 
 # Columns of the scaled design below this share of the largest singular value carry no information of their own.
@@ -77,7 +78,7 @@ class InfluenceFit:
     initial: ComplexArray
     covariance: ComplexArray
     dof: IntArray
-    scatter_dof: IntArray
+    scatter_dof: FloatArray
     condition: float
     residuals: ComplexArray
     chi_square: FloatArray
@@ -97,7 +98,7 @@ class Prediction:
 
     vibration: ComplexArray
     scatter: FloatArray
-    dof: IntArray
+    dof: FloatArray
 
 
 def fit_influence(runs: RunSet, incomplete: Literal["refuse", "leave_out"] = "refuse") -> InfluenceFit:
@@ -142,7 +143,7 @@ def fit_influence(runs: RunSet, incomplete: Literal["refuse", "leave_out"] = "re
     if not whole:
         for part in (initial, influence, covariance, residuals.T, estimator):
             part[~solvable] = np.nan
-        dof, scatter_dof = np.where(solvable, dof, 0), np.where(solvable, scatter_dof, 0)
+        dof, scatter_dof = np.where(solvable, dof, 0), np.where(solvable, scatter_dof, 0.0)
     return InfluenceFit(
         influence=influence,
         initial=initial,
@@ -213,7 +214,7 @@ def _variance(
     dof: IntArray,
     stated: NDArray[np.bool_],
     complete: bool,
-) -> tuple[FloatArray, IntArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Variance of unit weight per real component, the degrees of freedom behind it, and chi-square."""
     away = weight * np.abs(residuals)
     total = ((away if complete else np.where(weight > 0.0, away, 0.0)) ** 2).sum(axis=0)
@@ -223,7 +224,7 @@ def _variance(
         return unit**-2.0, np.full(len(dof), KNOWN_SCATTER), chi_square
     estimated = np.divide(total, dof, out=np.full(total.shape, np.nan), where=dof > 0)
     variance = np.where(believed, unit**-2.0, estimated)
-    return variance, np.where(believed, KNOWN_SCATTER, np.where(dof > 0, dof, 0)), chi_square
+    return variance, np.where(believed, KNOWN_SCATTER, np.maximum(dof, 0.0)), chi_square
 
 
 def refuted(chi_square: FloatArray, dof: IntArray) -> NDArray[np.bool_]:

@@ -38,7 +38,7 @@ class Errors:
     drift: float = 0.0
     mass_sd: float = MASS_SD
     angle_sd: float = ANGLE_SD
-    dof: int = KNOWN_SCATTER
+    dof: float = KNOWN_SCATTER
 
     @property
     def per_component(self) -> float:
@@ -155,7 +155,7 @@ def fit_with_errors(runs: RunSet, errors: Errors, pieces: Pieces | None = None) 
     return replace(fit, covariance=covariance, shared=shared)
 
 
-def _within(fit: InfluenceFit, dof: int) -> InfluenceFit:
+def _within(fit: InfluenceFit, dof: float) -> InfluenceFit:
     """The fit with a covariance that is no surer than the repeatability behind it."""
     stated = fit.scatter_dof == KNOWN_SCATTER
     return replace(fit, scatter_dof=np.where(stated, dof, fit.scatter_dof))

@@ -89,7 +89,7 @@ def one_run(
         initial=np.where(missing, np.nan, vibration - saved.influence @ masses),
         covariance=spread,
         dof=np.zeros(sensors, dtype=np.int64),
-        scatter_dof=np.where(unknown | missing, 0, KNOWN_SCATTER),
+        scatter_dof=np.where(unknown | missing, 0.0, KNOWN_SCATTER),
         condition=condition(saved.influence[~missing]),
         residuals=np.where(missing, np.nan, 0j)[None, :],
         chi_square=np.full(sensors, np.nan),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from service.balancing.influence.fit import KNOWN_SCATTER, InfluenceFit, Prediction, predict
+from service.balancing.influence.fit import InfluenceFit, Prediction, predict
 from service.balancing.rotor.intervals import amplitude_interval
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
 from service.errors import NumericsError
@@ -28,10 +29,10 @@ class Ellipses:
     turn: FloatArray
 
 
-def ellipses(masses: ComplexArray, covariance: FloatArray, dof: int, confidence: float = 0.95) -> Ellipses:
+def ellipses(masses: ComplexArray, covariance: FloatArray, dof: float, confidence: float = 0.95) -> Ellipses:
     """Confidence ellipse of each plane: u' C^-1 u = 2 F(confidence; 2, dof), C the plane's 2 x 2 block.
 
-    masses: (P,) complex g; covariance: (2P, 2P), as `Correction`. dof: degrees of freedom behind it.
+    masses: (P,) complex g; covariance: (2P, 2P), as `Correction`. dof: degrees of freedom behind it, inf where stated.
     """
     blocks = np.array([covariance[2 * p : 2 * p + 2, 2 * p : 2 * p + 2] for p in range(len(masses))])
     known = np.isfinite(blocks).all(axis=(1, 2)) & (dof > 0)
@@ -46,7 +47,7 @@ def ellipses(masses: ComplexArray, covariance: FloatArray, dof: int, confidence:
 
 
 def mass_interval(
-    masses: ComplexArray, covariance: FloatArray, dof: int, confidence: float = 0.95
+    masses: ComplexArray, covariance: FloatArray, dof: float, confidence: float = 0.95
 ) -> tuple[FloatArray, FloatArray]:
     """Interval (low, high), each (P,) g, of the size of each plane's correction; nan where unknown."""
     spread = np.sqrt(covariance.diagonal().reshape(-1, 2).mean(axis=1))
@@ -69,8 +70,8 @@ def drawn_coefficients(
     root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     shape = (draws, *spread.shape[:2])
     circular = rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
-    known = dof == KNOWN_SCATTER
-    freedom = np.where(known, 1, dof)
+    known = np.isinf(dof)
+    freedom = np.where(known, 1.0, dof)
     wider = np.where(known, 1.0, np.sqrt(freedom / rng.chisquare(np.broadcast_to(freedom, (draws, len(dof))))))
     error = wider[:, :, None] * np.einsum("sij,dsj->dsi", root, circular)
     return fit.initial[counted] + error[:, :, 0], fit.influence[counted] + error[:, :, 1:]
@@ -166,10 +167,10 @@ def _circular(rng: np.random.Generator, shape: tuple[int, ...]) -> ComplexArray:
     return np.asarray(rng.standard_normal(shape) + 1j * rng.standard_normal(shape))
 
 
-def f_quantile(dof: int, confidence: float) -> float:
+def f_quantile(dof: float, confidence: float) -> float:
     """Quantile of F(2, dof), in closed form; -ln(1 - confidence) where the scatter is known, nan for no freedom."""
     miss = 1.0 - confidence
-    if dof >= KNOWN_SCATTER:
+    if math.isinf(dof):
         return float(-np.log(miss))
     return 0.5 * dof * (float(miss ** (-2.0 / dof)) - 1.0) if dof > 0 else float("nan")
 

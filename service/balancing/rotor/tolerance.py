@@ -93,7 +93,7 @@ def reached(
     grade_mm_s: float,
     still_needed: ComplexArray,
     covariance: FloatArray,
-    dof: int,
+    dof: float,
     radius_mm: FloatArray,
     planes_mm: FloatArray,
     bearings_mm: FloatArray,

@@ -21,6 +21,17 @@ def fit(markdown: Markdown = False) -> None:
 
 
 @app.command()
+def start(
+    markdown: Markdown = False,
+    repeats: Annotated[int, typer.Option(min=1, help="Fresh processes of each command.")] = 5,
+) -> None:
+    """Processor time of commands in fresh processes, beside the bare imports of what they are built on."""
+    from service.bench.start import bench_start
+
+    raise SystemExit(0 if bench_start(repeats=repeats, markdown=markdown) else 1)
+
+
+@app.command()
 def selection(
     as_published: Annotated[
         bool, typer.Option("--as-published", help="Modified Jaya as published, at its published budgets, instead.")

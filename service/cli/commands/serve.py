@@ -17,10 +17,10 @@ import uvicorn
 
 from service import bootstrap
 from service.api.auth import is_loopback
-from service.app import create_app
 from service.cli.support.logs import log_as_json
 from service.cli.support.problem_protocol import ProblemProtocol
 from service.cli.support.retention import rolling_up
+from service.early_app import EarlyApp
 from service.errors import Conflict
 from service.runtime.context import AppContext
 from service.settings import Settings
@@ -59,7 +59,6 @@ def serve_until_stopped(
         _require_tokens(work, settings, address[0])
         print(f"Drumtrue on http://{address[0]}:{address[1]} (API document: /docs), sessions in {settings.shown}")
         server = _server(settings, "info", work, as_json=log_format == "json")
-        _look_for_garbage_seldom()
         with _heard(work, ear), rolling_up(work, settings.retain_days):
             server.run(sockets=[listener])
 
@@ -135,7 +134,7 @@ def _working(settings: Settings) -> Iterator[AppContext]:
 def _server(settings: Settings, log_level: str, work: AppContext, *, as_json: bool = False) -> uvicorn.Server:
     if as_json:
         log_as_json()
-    app = create_app(settings, work)
+    app = EarlyApp(settings, work, lambda: server.should_exit, _look_for_garbage_seldom)
     server = uvicorn.Server(
         uvicorn.Config(
             app,
@@ -148,7 +147,6 @@ def _server(settings: Settings, log_level: str, work: AppContext, *, as_json: bo
             forwarded_allow_ips=settings.trusted_proxies,
         )
     )
-    app.state.ending = lambda: server.should_exit
     return server
 
 

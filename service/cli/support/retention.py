@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from service.runtime.context import AppContext
-from service.usecases.readings import retention
 
 DAY_S = 86_400.0
 AGAIN_S = 3_600.0
@@ -37,6 +36,8 @@ def rolling_up(work: AppContext, days: int | None) -> Iterator[None]:
 
 def daily(work: AppContext, days: int, wait: Callable[[float], bool], stopped: Callable[[], bool]) -> None:
     """Roll up until told to stop. wait: lets so many seconds pass and says whether to stop."""
+    from service.usecases.readings import retention  # averages with numpy, which nothing else of a start needs
+
     while True:
         pause_s = DAY_S
         try:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from service.balancing.arrangement import EMPTY, opposite_pairs, values
@@ -13,9 +15,6 @@ from service.engine.arrangement.frame import offset_covariance
 from service.engine.arrangement.parts import Posed
 from service.messages import Message
 from service.model.arrangement import MakersRule, Mounted, Move, PlaneResidual
-
-MANY = 10**9
-"""Degrees of freedom of a deviation that is known."""
 
 
 def mounted(posed: Posed, arrangement: IntArray) -> tuple[Mounted, ...]:
@@ -92,17 +91,17 @@ def residual(posed: Posed, arrangement: IntArray, masses: FloatArray | None = No
     return tuple(out)
 
 
-def _spread(posed: Posed, arrangement: IntArray) -> tuple[FloatArray, int]:
+def _spread(posed: Posed, arrangement: IntArray) -> tuple[FloatArray, float]:
     """Standard deviation per real component (L,) of the residual, and its degrees of freedom (Welch, Satterthwaite)."""
     scale = np.diag(posed.scale_covariance(arrangement)).reshape(-1, 2).mean(axis=1)
     covariance, dof = offset_covariance(posed.request, posed.frame)
     measured = np.diag(covariance).reshape(-1, 2).mean(axis=1)
     if not np.isfinite(measured).all():
-        return np.full(len(scale), np.nan), 0
+        return np.full(len(scale), np.nan), 0.0
     if dof == 0 or not measured.any():
-        return np.sqrt(scale + measured), MANY
+        return np.sqrt(scale + measured), math.inf
     share = float((measured / (measured + scale)).max())
-    return np.sqrt(scale + measured), int(min(MANY, round(dof / max(share, 1e-4) ** 2)))
+    return np.sqrt(scale + measured), dof / max(share, 1e-4) ** 2
 
 
 def makers_rule(posed: Posed) -> tuple[MakersRule | None, Message | None]:

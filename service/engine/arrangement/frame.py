@@ -41,7 +41,7 @@ class Measured:
     fitted: FittedModel | None
     unbalance: ComplexArray
     covariance: FloatArray
-    dof: int
+    dof: float
     on_rotor: ComplexArray
 
 
@@ -96,9 +96,9 @@ def measured_by(ground: MeasuredGround) -> Measured:
     target = correction_vectors(machine, ground.correction)
     fitted = fit_of(ground)
     covariance = np.full((2 * len(radius), 2 * len(radius)), np.nan)
-    dof = 0
+    dof = 0.0
     if fitted is not None:
-        covariance, dof = least_squares(fitted.fit).covariance, int(fitted.fit.scatter_dof.min())
+        covariance, dof = least_squares(fitted.fit).covariance, float(fitted.fit.scatter_dof.min())
     wide = np.repeat(radius, 2)
     return Measured(ground, fitted, -(target - on_rotor) * radius, covariance * np.outer(wide, wide), dof, on_rotor)
 
@@ -124,11 +124,11 @@ def offset_of(request: ArrangementRequest, frame: Frame) -> ComplexArray:
     return np.asarray(total @ frame.to_frame, dtype=np.complex128)
 
 
-def offset_covariance(request: ArrangementRequest, frame: Frame) -> tuple[FloatArray, int]:
+def offset_covariance(request: ArrangementRequest, frame: Frame) -> tuple[FloatArray, float]:
     """Covariance (2L, 2L) of the offset and its degrees of freedom; 0 and 0 for one that is stated."""
     size = 2 * len(frame.planes)
     if request.offset != "measured" or frame.measured is None:
-        return np.zeros((size, size)), 0
+        return np.zeros((size, size)), 0.0
     carry = np.kron(frame.to_frame, np.eye(2))
     return np.asarray(carry.T @ frame.measured.covariance @ carry), frame.measured.dof
 

@@ -94,7 +94,7 @@ def _of_all_runs(drum: Drum) -> _OfAllRuns:
         return _OfAllRuns(ungraded=missing or (error.data if graded else None))
     still = answer.masses - mapping.mass_vectors(machine, on_rotor(drum))
     return _OfAllRuns(
-        tolerance=balance_quality.tolerance_of(machine, still, answer.covariance, int(fitted.fit.scatter_dof.min())),
+        tolerance=balance_quality.tolerance_of(machine, still, answer.covariance, float(fitted.fit.scatter_dof.min())),
         ungraded=missing,
         influence=mapping.coefficients(machine, fitted.rows, fitted.fit),
         diagnostics=examined(machine, runs, fitted),

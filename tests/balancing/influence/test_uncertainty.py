@@ -58,7 +58,7 @@ def test_intervals_cover_the_simulated_drum() -> None:
             hits += list((low <= true) & (true <= high))
         as_found, one, two = (truth(session, masses) for masses in np.array([[0j, 0], [100, 0], [0, 100]]))
         needed = np.linalg.solve(np.stack([one - as_found, two - as_found], axis=1) / 100.0, -as_found)
-        drawn = ellipses(correction.masses, correction.covariance, int(fit.scatter_dof.min()))
+        drawn = ellipses(correction.masses, correction.covariance, float(fit.scatter_dof.min()))
         away = (needed - drawn.centre) * np.exp(-1j * drawn.turn)
         inside += list((away.real / drawn.major) ** 2 + (away.imag / drawn.minor) ** 2 <= 1.0)
     covered = [float(np.mean(hits)) for hits in (residual, prediction, inside)]

@@ -174,12 +174,14 @@ def _in_noise(fit: InfluenceFit, correction: Correction) -> list[Finding]:
     planes = np.flatnonzero(spread.diagonal()[::2] > 0.0)
     if not np.isfinite(spread).all() or len(planes) == 0:
         return []
-    dof = int(fit.scatter_dof[fit.scatter_dof > 0].min())
+    dof = float(fit.scatter_dof[fit.scatter_dof > 0].min())
     masses = correction.masses[planes]
-    limit = f_quantile(dof, _IN_NOISE if dof >= KNOWN_SCATTER else 0.95)
+    limit = f_quantile(dof, _IN_NOISE if dof == KNOWN_SCATTER else 0.95)
     # A quadratic form is at least the square of the length over the trace, and a joint one at least each of its parts.
     least = np.abs(masses) ** 2 / spread.diagonal().reshape(-1, 2).sum(axis=1)[planes]
-    if least.min() > 2.0 * limit and least.max() > 2.0 * len(masses) * _hotelling(2 * len(masses), dof):
+    # Where the scatter was stated the limit of all planes together is below that of one.
+    joint = limit if dof == KNOWN_SCATTER else _hotelling(2 * len(masses), dof)
+    if least.min() > 2.0 * limit and least.max() > 2.0 * len(masses) * joint:
         return []
     if len(planes) < len(correction.masses):
         kept = (2 * planes[:, None] + [0, 1]).ravel()
@@ -205,10 +207,10 @@ def _mean_square(masses: ComplexArray, spread: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def _hotelling(components: int, dof: int) -> float:
+def _hotelling(components: int, dof: float) -> float:
     """98 % quantile of F(components, dof), and `_IN_NOISE` of it where the scatter was stated."""
     from scipy.special import chdtri, fdtri
 
-    if dof >= KNOWN_SCATTER:
+    if dof == KNOWN_SCATTER:
         return float(chdtri(components, 1.0 - _IN_NOISE)) / components
     return float(fdtri(components, dof, 0.98))

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from scipy.optimize import nnls
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.balancing.selection.exact.reachable_set import Reach, reach_of
@@ -201,11 +200,17 @@ def _least_squares(
     goal[-1] = 1.0
     scale = max(float(np.abs(h).max()), 1e-300)
     system = np.vstack([g.T, h[None, :] / scale])
-    multipliers, _ = nnls(system, goal)
+    multipliers = _nonnegative(system, goal)
     missed = system @ multipliers - goal
     v = -missed[:-1] / missed[-1] * scale if missed[-1] < -1e-14 else np.zeros(2 * planes)
     nearest = np.linalg.solve(lower.T, v - np.linalg.solve(lower, gradient))
     return np.asarray(nearest, dtype=np.float64)
+
+
+def _nonnegative(system: FloatArray, goal: FloatArray) -> FloatArray:
+    from scipy.optimize import nnls  # takes longer to load than most problems to solve, and few reach a polygon's edge
+
+    return np.asarray(nnls(system, goal)[0], dtype=np.float64)
 
 
 def complex_of(x: FloatArray) -> ComplexArray:
