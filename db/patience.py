@@ -1,4 +1,4 @@
-"""How long statements may take: knows the bounded connection by its attribute alone, so that SQLite loads no psycopg."""
+"""Time for statements; the bounded connection is known by its attribute, so that SQLite loads no psycopg."""
 
 from __future__ import annotations
 
