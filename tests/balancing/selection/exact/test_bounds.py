@@ -9,6 +9,7 @@ import pytest
 
 from service.balancing.selection.exact.bounds import bounds_of, complex_of, real_of
 from service.balancing.selection.objectives import residual_vibration
+from service.balancing.selection.problem import Norm
 from tests.support.numerics.against_brute_force import Every
 from tests.support.numerics.problems import FIELD_TARGET, field_experiment
 from tests.support.numerics.random_problems import KINDS, random_problem
@@ -34,7 +35,7 @@ def test_a_correction_within_reach_is_the_optimum_and_the_bound_is_zero() -> Non
 def test_a_correction_out_of_reach_leaves_what_cannot_be_reached() -> None:
     """One piece of at most 300 g a plane against a target of 1,000 g: 700 g and more are left, in both components."""
     bare = field_experiment(1)
-    objective = replace(bare.objective, offset=-330.0 * np.array([1000.0 + 0j, 0j]), norm="sum")
+    objective = replace(bare.objective, offset=np.array([-330e3 + 0j, 0j]), norm="sum")
     objective = replace(objective, weights=np.array([1.0, 1.0]))
     floor = bounds_of(replace(bare, objective=objective)).floor
     assert floor == pytest.approx(330.0 * 700.0, rel=0.02)
@@ -42,7 +43,7 @@ def test_a_correction_out_of_reach_leaves_what_cannot_be_reached() -> None:
 
 
 @pytest.mark.parametrize("norm", ["sum", "max", "rms"])
-def test_more_sensors_than_planes_leave_the_continuous_optimum(norm: str) -> None:
+def test_more_sensors_than_planes_leave_the_continuous_optimum(norm: Norm) -> None:
     """One plane, two sensors of equal influence and opposite vibration: nothing can be done, and the bound says so."""
     bare = field_experiment(2)
     objective = residual_vibration(np.array([[0.01 + 0j], [0.01 + 0j]]), np.array([1.0 + 0j, -1.0 + 0j]), np.ones(2))

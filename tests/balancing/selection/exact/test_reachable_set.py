@@ -73,4 +73,4 @@ def test_a_box_that_fills_every_plane_is_not_shared() -> None:
     reach = reach_of(field_experiment(2))
     assert reach.shared is None
     assert reach.contains(FIELD_TARGET)
-    assert not reach.contains(10.0 * FIELD_TARGET)
+    assert not reach.contains(FIELD_TARGET * (10.0 + 0j))
