@@ -56,12 +56,9 @@ class EarlyApp:
         try:
             await self._health(scope, receive, send)
         finally:
-            later.cancel()
+            later.cancel()  # what is being built is not waited for: a stop is prompt
             if self._state.work is not None:
                 self._state.work.background.close()
-            with self._building:  # a process must not end in the middle of an import of compiled modules
-                if self._whole is None:
-                    self._whole = self._health
 
     def _warm(self) -> None:
         threading.Thread(target=self.whole, name="building", daemon=True).start()
