@@ -42,7 +42,7 @@ FIELDS_OF = {"positions_deg": ("holes", "first_deg", "positions_deg")}
 
 def blank(page: Page) -> Form:
     """An empty form: two planes of 18 holes, a sensor at each end."""
-    values = {"planes": "2", "sensors": "2", "rotation": "cw", "balance_grade_mm_s": "16"}
+    values = {"planes": "2", "sensors": "2"}
     for index in range(2):
         values |= {f"planes[{index}].name": str(index + 1), f"planes[{index}].holes": "18"}
         values |= {f"planes[{index}].max_masses": "3", f"planes[{index}].masses_per_position": "1"}
@@ -124,9 +124,9 @@ def read(page: Page, form: Form, before: Machine | None = None) -> Machine | Non
             "balance_grade_mm_s": lambda: form.number("balance_grade_mm_s", above=0.0, high=1e5, required=False),
             "vibration_limit_mm_s": lambda: form.number("vibration_limit_mm_s", above=0.0, high=1e5, required=False),
             "type": lambda: form.text("type"),
-            "seen_from": lambda: form.text("seen_from"),
+            "seen_from": lambda: form.text("seen_from", required=True),
             "rotation": lambda: form.choice("rotation", ROTATIONS) or "ccw",
-            "angle_sense": lambda: form.choice("angle_sense", ANGLE_SENSES, required=False) or "against_rotation",
+            "angle_sense": lambda: form.choice("angle_sense", ANGLE_SENSES) or "against_rotation",
             "phase_sense": lambda: form.choice("phase_sense", PHASE_SENSES, required=False) or "lag",
         },
     )

@@ -26,6 +26,7 @@ MACHINE = {
     "planes": "1",
     "sensors": "1",
     "rotation": "cw",
+    "seen_from": "Riemen",
     "angle_sense": "against_rotation",
     "phase_sense": "lag",
     "planes[0].name": "1",

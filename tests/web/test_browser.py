@@ -29,6 +29,9 @@ def describe(tablet: Tablet, bench: Bench, name: str) -> str:
         values |= {f"sensors[{index}].name": sensor.name, f"sensors[{index}].axial_mm": f"{sensor.axial_mm:g}"}
     for field, text in values.items():
         tablet.fill(field, text)
+    tablet.fill("seen_from", "the pulley")
+    for sense, value in (("rotation", "cw"), ("angle_sense", "against_rotation")):
+        tablet.page.locator(f'[name="{sense}"][value="{value}"]').check()
     tablet.press("Store the machine")
     tablet.heading("Which machine?")
     return str(next(m["id"] for m in bench.ask("GET", "/machines") if m["name"] == name))

@@ -40,6 +40,9 @@ def as_typed(page: str) -> dict[str, str]:
     part = page[page.index('class="machine-form"') :]
     fields = dict.fromkeys(re.findall(r'<input[^>]* name="([^"]+)"', part), "")
     fields |= {name: html.unescape(text) for name, text in re.findall(r'name="([^"]+)" value="([^"]*)"', part)}
+    radios = re.findall(r'<input type="radio" name="([^"]+)" value="([^"]*)"( checked)?', part)
+    fields |= dict.fromkeys((name for name, _, _ in radios), "")
+    fields |= {name: text for name, text, checked in radios if checked}
     for name, options in re.findall(r'(?s)<select[^>]* name="([^"]+)"[^>]*>(.*?)</select>', part):
         chosen = re.search(r'value="([^"]*)" selected', options) or re.search(r'value="([^"]*)"', options)
         fields[name] = chosen.group(1) if chosen else ""
@@ -92,3 +95,22 @@ def test_bearings_follow_the_sensors_they_came_from(shop: Workshop) -> None:
     sent = as_typed(page) | {"sensors[0].axial_mm": "-470"}
     shop.client.post(f"/machines/{machine}/edit", data=sent, headers=HTML)
     assert shop.get(f"/machines/{machine}")["bearings"][0] == {"name": "P", "axial_mm": -470.0}
+
+
+def test_which_way_round_is_asked_and_never_assumed(shop: Workshop) -> None:
+    """A wrong end, rotation or sense mirrors every mass: nothing of it stands in an empty form."""
+    page = shop.client.get("/machines/new", headers=HTML).text
+    typed = as_typed(page)
+    assert [typed[name] for name in ("seen_from", "rotation", "angle_sense", "balance_grade_mm_s")] == [""] * 4
+    sent = typed | {"name": "Which way round", "service_speed_rpm": "460", "form_key": "which"}
+    sent |= {f"planes[{index}].radius_mm": "330" for index in (0, 1)}
+    tokens = dict(re.findall(r'name="(form_token)" value="(\w+)"', page))
+    refused = shop.client.post("/machines/new", data=sent | tokens, headers=HTML, follow_redirects=False)
+    assert refused.status_code == 422
+    assert refused.text.count('class="fault" role="alert"') + refused.text.count('id="seen_from-fault"') == 3
+    known = {"seen_from": "the pulley", "rotation": "ccw", "angle_sense": "with_rotation"}
+    taken = shop.client.post("/machines/new", data=sent | tokens | known, headers=HTML, follow_redirects=False)
+    assert taken.status_code == 303
+    stored = shop.get(taken.headers["location"])
+    assert {name: stored[name] for name in known} == known
+    assert stored["balance_grade_mm_s"] is None

@@ -34,6 +34,7 @@ def certificate(session: Session, report: Report, reader: Reader) -> Sheet:
         Section(_("Instruments and planes"), (facts.sensors(machine, reader), facts.planes(machine, reader))),
         Section(_("Conventions"), (facts.conventions(machine, reader),)),
     )
+    shown = tuple(section for section in sections if section.parts)
     last = session.runs[-1].taken_at if session.runs else session.created_at
     return Sheet(
         language=reader.preferences.language,
@@ -41,8 +42,9 @@ def certificate(session: Session, report: Report, reader: Reader) -> Sheet:
         subject=machine.name,
         verdict=said,
         mood=mood,
-        sections=tuple(section for section in sections if section.parts),
-        signatures=(_("Place and date"), _("Balanced by"), _("Checked by")),
+        sections=shown,
+        signatures=((_("Place and date"), ""), (_("Balanced by"), session.technician or ""), (_("Checked by"), "")),
+        signed=next(index for index, section in enumerate(shown) if section.heading == _("Before and after")),
         foot=f"Drumtrue {report.version} · {noun} {session.id} · {reader.moment(session.closed_at or last)}",
         page_of=_("page %(page)s of %(pages)s"),
         dated=session.closed_at or last,

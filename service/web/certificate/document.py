@@ -66,16 +66,26 @@ class Sheet:
     verdict: str
     mood: Mood
     sections: tuple[Section, ...]
-    signatures: tuple[str, ...]
+    signatures: tuple[tuple[str, str], ...]
+    """Who signs, and the name as far as it is known: next to the result, in the section `signed`."""
     foot: str
     page_of: str
     dated: datetime
     unprinted: str = "%(count)s signs cannot be printed, a box stands for each: %(signs)s"
     """What is said where the fonts lack signs."""
+    signed: int = -1
+    """Index of the section below which they sign; the last one by default."""
 
     def texts(self) -> Iterator[str]:
         """Every text of the certificate."""
-        yield from (self.title, self.subject, self.verdict, self.foot, self.page_of, *self.signatures)
+        yield from (
+            self.title,
+            self.subject,
+            self.verdict,
+            self.foot,
+            self.page_of,
+            *chain.from_iterable(self.signatures),
+        )
         for section in self.sections:
             yield section.heading
             for part in section.parts:

@@ -35,9 +35,15 @@ def session_facts(session: Session, reader: Reader) -> Facts:
         (_("Balanced by"), session.technician),
         (_("Opened"), reader.moment(session.created_at)),
         (_("Closed"), None if session.closed_at is None else reader.moment(session.closed_at)),
+        (_("Certificate"), number(session)),
         (_("Session"), session.id),
     ]
     return Facts(tuple((name, value) for name, value in asked if value is not None))
+
+
+def number(session: Session) -> str:
+    """A short number that a customer can quote: the day it was opened, and the beginning of the session's key."""
+    return f"{session.created_at:%Y%m%d}-{session.id[:6].upper()}"
 
 
 def note(session: Session, reader: Reader) -> Lines:

@@ -6,6 +6,7 @@ fpdf2 and the fonts are loaded with the first certificate, not when the service 
 from __future__ import annotations
 
 import logging
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,8 @@ _WIDE_SIGN = 3.2
 _MISSING = "\N{WHITE SQUARE}"
 _WIDEST = {1: 118.0, 2: 88.0, 3: 60.0, 4: 45.0}
 """Width in mm of pictures, by how many stand side by side."""
+_UNBROKEN = 120.0
+"""Height in mm up to which a table is kept on one page."""
 _WITH_HEADING = 28.0
 """Height in mm that has to be left for a heading with the first rows below it."""
 
@@ -68,10 +71,11 @@ def to_pdf(sheet: Sheet) -> bytes:
     pdf.set_auto_page_break(True, FOOT + 1.0)
     pdf.add_page()
     _head(pdf, sheet)
-    for section in sheet.sections:
+    for index, section in enumerate(sheet.sections):
         _section(pdf, section)
+        if index == sheet.signed % len(sheet.sections):
+            _signatures(pdf, sheet)
     _unprinted(pdf, sheet)
-    _signatures(pdf, sheet)
     return bytes(pdf.output())
 
 
@@ -147,6 +151,11 @@ def _facts(pdf: FPDF, pairs: tuple[tuple[str, str], ...]) -> None:
 
 
 def _table(pdf: FPDF, table: Table) -> None:
+    """A table; one that fits on a page is not broken."""
+    _font(pdf, _SMALL)
+    height = sum(_row_height(pdf, row, table.widths) for row in (table.heads, *table.rows))
+    if height < _UNBROKEN:
+        _keep(pdf, height)
     _grid(pdf, [table.heads, *table.rows], table.widths, heads=True, figures=table.figures)
     pdf.ln(1.2)
 
@@ -176,6 +185,15 @@ def _grid(pdf: FPDF, rows: list[Any], widths: tuple[float, ...], *, heads: bool,
                 line = table.row()
                 for column, text in enumerate(row):
                     line.cell(text, style=soft if not heads and column % 2 == 0 else None)
+
+
+def _row_height(pdf: FPDF, row: tuple[str, ...], widths: tuple[float, ...]) -> float:
+    """Height of a row in mm, from the widths of its texts; a little more where words do not fill their lines."""
+    lines = [
+        math.ceil(1.1 * pdf.get_string_width(text) / (BODY * width / sum(widths) - 2.6))
+        for text, width in zip(row, widths, strict=True)
+    ]
+    return max(1, *lines) * _LINE + 0.9
 
 
 def _pieces(pdf: FPDF, row: list[str], widths: tuple[float, ...]) -> list[list[str]]:
@@ -208,19 +226,22 @@ def _pictures(pdf: FPDF, part: Pictures) -> None:
 
 
 def _signatures(pdf: FPDF, sheet: Sheet) -> None:
-    _keep(pdf, 24.0)
-    pdf.ln(16.0)
+    """Lines to sign on, below the result that is signed: never alone on a page."""
+    _keep(pdf, 22.0)
+    pdf.ln(12.0)
     width = BODY / len(sheet.signatures)
     pdf.set_draw_color(*_INK)
     pdf.set_line_width(0.3)
     pdf.set_dash_pattern()
     y = pdf.get_y()
     _font(pdf, _SMALL)
-    for index, words in enumerate(sheet.signatures):
+    for index, (words, name) in enumerate(sheet.signatures):
         x = MARGIN + index * width
         pdf.line(x, y, x + width - 8.0, y)
         pdf.set_xy(x, y + 0.8)
-        pdf.cell(width - 8.0, 4.0, _shown(pdf, words))
+        told = f"{words}: {name}" if name else words
+        pdf.multi_cell(width - 8.0, 4.0, _shown(pdf, told), align="L", max_line_height=4.0)
+    pdf.set_xy(MARGIN, y + 9.0)
 
 
 def _font(pdf: FPDF, size: float, *, bold: bool = False) -> None:

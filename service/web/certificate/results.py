@@ -29,7 +29,7 @@ def verdict(report: Report, reader: Reader) -> tuple[str, Mood]:
         "above_limit": (_("Above the limit: %(sensors)s.") % {"sensors": ", ".join(found.above)}, "bad"),
         "grade_not_reached": (_("The balance quality asked for is not reached."), "bad"),
         "partly_judged": (_("Vibration within its limit; the balance quality asked for is not judged."), "open"),
-        "nothing_asked": (_("Balanced. No limit was stated."), "open"),
+        "nothing_asked": (_("Not judged: no limit and no balance quality was stated."), "open"),
         "reached": (_("Balanced: within what was asked for."), "good"),
     }
     sentence, mood = said[found.outcome]
@@ -43,11 +43,12 @@ def before_after(machine: Machine, lines: tuple[BeforeAfter, ...], reader: Reade
         return (Lines((_("No run as found has been taken."),)),)
     sensor = {s.name: s for s in machine.sensors}
     zones = any(line.zone_before for line in lines)
-    heads = (_("Sensor"), _("Speed"), _("Before"), _("After"), _("Change"), _("Limit"), _("Within"))
+    several = len({line.speed_rpm for line in lines}) > 1
+    heads = (_("Sensor"), _("Speed measured"), _("Before"), _("After"), _("Change"), _("Limit"), _("Within"))
     rows = tuple(
         (
-            line.sensor,
-            show.speed(line.speed_rpm),
+            f"{line.sensor}, {show.speed(line.speed_rpm)}" if several else line.sensor,
+            _measured_speeds(line, reader),
             show.amplitude(sensor[line.sensor], line.before) + _zone(line.zone_before),
             show.amplitude(sensor[line.sensor], line.after) + _zone(line.zone_after),
             DASH if line.reduction is None else f"{reader.signed(-100.0 * line.reduction)} %",
@@ -56,11 +57,19 @@ def before_after(machine: Machine, lines: tuple[BeforeAfter, ...], reader: Reade
         )
         for line in lines
     )
-    table = Table(heads, rows, (14, 13, 18, 18, 12, 14, 11), frozenset({1, 2, 3, 4, 5}))
+    table = Table(heads, rows, (14, 19, 16, 16, 11, 14, 10), frozenset({1, 2, 3, 4, 5}))
     said: tuple[Part, ...] = (Lines((_("Zones A to D by ISO 20816-3, of the broadband value."),)),) if zones else ()
     return (
         (Pictures((bars.before_after(machine, lines, reader),), 1), table, *said) if len(lines) <= 4 else (table, *said)
     )
+
+
+def _measured_speeds(line: BeforeAfter, reader: Reader) -> str:
+    """What the tachometer read before and after; a speed that nobody measured is not stated."""
+    before, after = (
+        DASH if rpm is None else reader.show.measured_speed(rpm) for rpm in (line.before_rpm, line.after_rpm)
+    )
+    return before if before == after else f"{before} / {after}"
 
 
 def quality(report: Report, reader: Reader) -> tuple[Part, ...]:
@@ -175,7 +184,7 @@ def polar_plots(session: Session, plan: Plan | None, reader: Reader) -> tuple[Pa
 
 def runs(session: Session, reader: Reader) -> tuple[Part, ...]:
     """Every run: kind, speed, masses, readings; excluded ones with the reason. Of many the first and the latest."""
-    _, show = reader.gettext, reader.show
+    _ = reader.gettext
     kinds = {"initial": _("as found"), "trial": _("trial"), "check": _("check"), "correction": _("with corrections")}
     sensors = {sensor.name: sensor for sensor in session.machine.sensors}
     if not session.runs:
@@ -187,13 +196,19 @@ def runs(session: Session, reader: Reader) -> tuple[Part, ...]:
         if run.excluded:
             kind = _("%(kind)s (excluded: %(reason)s)") % {"kind": kind, "reason": run.reason or DASH}
         fitted = mass_words(run.masses, reader, most=8) or DASH
-        rows.append((str(run.number), kind, show.speed(run.nominal_speed_rpm), fitted, _readings(run, sensors, reader)))
-    heads = (_("Run"), _("Kind"), _("Speed"), _("Masses on the drum"), _("Readings"))
+        rows.append((str(run.number), kind, _run_speed(run, reader), fitted, _readings(run, sensors, reader)))
+    heads = (_("Run"), _("Kind"), _("Speed measured"), _("Masses on the drum"), _("Readings"))
     table = Table(heads, tuple(rows), (5, 16, 10, 30, 39), frozenset({0, 2}))
     if not left_out:
         return (table,)
     said = _("%(count)s earlier runs are not in this table; the data of the session (JSON) have them all.")
     return (table, Lines((said % {"count": left_out},)))
+
+
+def _run_speed(run: Run, reader: Reader) -> str:
+    """The mean of the speeds that were measured in a run; a dash where none was."""
+    measured = [reading.speed_rpm for reading in run.readings if reading.speed_rpm is not None]
+    return reader.show.measured_speed(sum(measured) / len(measured)) if measured else DASH
 
 
 def coefficients(report: Report, reader: Reader) -> tuple[Part, ...]:
@@ -212,7 +227,7 @@ def coefficients(report: Report, reader: Reader) -> tuple[Part, ...]:
             sign = f"{_(unit.sign)} / {mass.sign}"
             shown = value if spread in (None, "0") else f"{value} ± {spread}"
             rows.append((c.sensor, c.plane, show.speed(c.speed_rpm), shown, sign, reader.angle(c.phase_deg)))
-    heads = (_("Sensor"), _("Plane"), _("Speed"), _("Influence"), _("Unit"), _("Phase"))
+    heads = (_("Sensor"), _("Plane"), _("Nominal speed"), _("Influence"), _("Unit"), _("Phase"))
     return (Table(heads, tuple(rows), (20, 20, 15, 22, 13, 10), frozenset({2, 3, 5})),)
 
 

@@ -33,7 +33,7 @@ def certificate(made: Arrangement, machine: Machine | None, reader: Reader) -> S
         verdict=said,
         mood=mood,
         sections=tuple(section for section in sections if section.parts),
-        signatures=(_("Place and date"), _("Mounted by"), _("Checked by")),
+        signatures=((_("Place and date"), ""), (_("Mounted by"), ""), (_("Checked by"), "")),
         foot=f"Drumtrue · {_('arrangement')} {made.id} · {reader.moment(dated)}",
         page_of=_("page %(page)s of %(pages)s"),
         dated=dated,

@@ -29,6 +29,8 @@ HOLES, RIM, WORDS = 150.0, 182.0, 204.0
 """Radii on paper of the holes, of the drum, and of the words beside it."""
 MAX_NUMBERS = 40
 """Above so many holes only those that matter, and every fifth, have their number."""
+_QUARTER = 92.0
+"""Radius on paper of the word that tells which way angles count."""
 _HEAD = 52.0
 """Room for title and side, in which no other word stands."""
 MAX_MOVES = 20
@@ -83,6 +85,7 @@ def end_view(
         Words((WIDTH / 2, 42.0), short(side, 64), "pic-small", size=14.0),
         Circle(compass.centre, RIM, "pic-drum"),
         *_hub(compass, reader),
+        Words(compass.at(_QUARTER, 90.0, machine.angle_sense), "90°", "pic-small", size=14.0),
         *(_drawn_hole(machine, compass, hole, size, len(holes)) for hole in holes),
         *words,
     ]

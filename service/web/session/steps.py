@@ -27,7 +27,9 @@ from service.usecases.plans import plans
 from service.usecases.readings import sources
 from service.usecases.sessions import reports
 from service.usecases.stock import catalogues
+from service.web.certificate import results
 from service.web.forms import Form
+from service.web.pictures.reader import Reader
 from service.web.rendering import Page
 from service.web.session import pictures
 from service.web.session.guide import STEPS, TITLES, Guide, holes
@@ -312,6 +314,7 @@ def _decide(page: Page, guide: Guide) -> dict[str, Any]:
     return {
         "report": report,
         "outcome": report.verdict.outcome,
+        "verdict": results.verdict(report, Reader(page.preferences))[0],
         "unjudged": report.verdict.unjudged,
         "stopped": _stopped(guide),
         "taught": _taught(page, guide),

@@ -81,6 +81,37 @@ def test_the_pdf_of_twelve_runs_says_everything_on_at_most_three_pages(checked: 
         assert f"{run.number} " in said
 
 
+def test_a_speed_that_nobody_measured_is_not_stated(checked: tuple[str, Session, Report]) -> None:
+    """The nominal speed stands once, under its own name; the column says what the tachometer read."""
+    key, session, report = checked
+    runs = tuple(
+        replace(
+            run,
+            readings=tuple(replace(one, speed_rpm=455.0 if run.kind == "initial" else None) for one in run.readings),
+        )
+        for run in session.runs
+    )
+    lines = tuple(replace(line, before_rpm=455.0, after_rpm=None) for line in report.before_after)
+    found = (key, replace(session, runs=runs), replace(report, before_after=lines))
+    tables = [part for section in sheet_of(found).sections for part in section.parts if isinstance(part, Table)]
+    columns = {
+        table.rows[0][0]: [row[table.heads.index("Speed measured")] for row in table.rows]
+        for table in tables
+        if "Speed measured" in table.heads
+    }
+    assert len(columns) == 2
+    said = {text.replace("\u202f", " ") for column in columns.values() for text in column}
+    assert said == {"455 r/min / \N{EM DASH}", "455 r/min", "\N{EM DASH}"}
+
+
+def test_who_signs_stands_below_the_result_with_the_name(checked: tuple[str, Session, Report]) -> None:
+    pages = pages_of(to_pdf(sheet_of(checked)))
+    signed = [page for page in pages if "Place and date" in page]
+    assert len(signed) == 1
+    assert "Balanced by: A. N. Other" in signed[0]
+    assert "Before and after" in signed[0]
+
+
 def test_the_pdf_is_the_same_every_time_and_looks_like_ink_on_paper(checked: tuple[str, Session, Report]) -> None:
     pdf = to_pdf(sheet_of(checked))
     assert to_pdf(sheet_of(checked)) == pdf
@@ -92,10 +123,10 @@ def test_the_pdf_is_the_same_every_time_and_looks_like_ink_on_paper(checked: tup
             picture = page.render(scale=0.5).to_pil().convert("RGB")
             colours = picture.getcolors(1_000_000)
             white = sum(count for count, colour in colours if min(colour) > 250) / (picture.width * picture.height)
-            # Neither empty nor black; the first page has the blue of a mass and the green of a value within its limit.
+            # Neither empty nor black; there is the blue of a mass and the green of a value within its limit.
             assert 0.6 < white < 0.995
-        first = document[0].render(scale=1.0).to_pil().convert("RGB")
-        seen = {colour for _count, colour in first.getcolors(1_000_000)}
+        drawn = [page.render(scale=1.0).to_pil().convert("RGB") for page in document]
+        seen = {colour for page in drawn for _count, colour in page.getcolors(1_000_000)}
         assert {(11, 87, 208), (0, 107, 60)} <= seen
     finally:
         document.close()
