@@ -12,6 +12,7 @@ from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, Oper
 from db import migrate
 from db.database import Database, is_read_only, lacks_room
 from service.errors import Conflict, InvalidInput, Unavailable
+from service.messages import Message
 from service.runtime.context import AppContext, storage_full, storage_read_only
 from service.runtime.solver_slots import SolverSlots
 from service.settings import Settings
@@ -59,11 +60,7 @@ def _make_current(database: Database) -> None:
         migrate.upgrade(database)
         return
     raise Conflict(
-        f"the database's schema is at revision {present}, this version needs {newest}",
-        code="schema_out_of_date",
-        field="database_url",
-        value=present,
-        advice="run `drumtrue migrate` with the same database address, then start again",
+        Message("schema_out_of_date.older", present=present, newest=newest), field="database_url", value=present
     )
 
 
@@ -72,10 +69,9 @@ def _database(settings: Settings, patience_s: float | None = None) -> Database:
         database = Database(settings.database_url, patience_s)
     except (ArgumentError, NoSuchModuleError, ModuleNotFoundError) as wrong:
         raise InvalidInput(
-            f"{settings.shown!r} is no database address: {wrong}",
+            Message("invalid_input.database_address", database=settings.shown, reason=wrong),
             field="database_url",
             value=settings.shown,
-            advice="use sqlite:///PATH or postgresql+psycopg://USER:PASSWORD@HOST/NAME",
         ) from wrong
     if database.embedded and database.url.database:
         with _answering(settings):
@@ -88,28 +84,13 @@ def _require_file(settings: Settings) -> None:
     path = make_url(settings.database_url).database if settings.database_url.startswith("sqlite") else None
     if path and not Path(path).exists():
         raise Unavailable(
-            f"there is no database {settings.shown}",
-            field="database_url",
-            value=settings.shown,
-            advice="check the address; nothing was created",
+            Message("unavailable.no_database", database=settings.shown), field="database_url", value=settings.shown
         )
 
 
 def _require_known(revision: str | None) -> None:
     if not migrate.is_known(revision):
-        advice = "a newer Drumtrue has migrated it: start that version, or restore a backup from before"
-        raise schema_unknown(revision, "database", "database_url", advice)
-
-
-def schema_unknown(revision: str | None, noun: str, field: str, advice: str) -> Conflict:
-    """The error for what a newer version has written. noun: what it is."""
-    return Conflict(
-        f"the {noun}'s schema is at revision {revision}, which this version does not know",
-        code="schema_out_of_date",
-        field=field,
-        value=revision,
-        advice=advice,
-    )
+        raise Conflict(Message("schema_out_of_date.newer", revision=revision), field="database_url", value=revision)
 
 
 @contextmanager
@@ -119,10 +100,9 @@ def _answering(settings: Settings) -> Iterator[None]:
     except (DatabaseError, OSError) as broken:
         if isinstance(broken, DatabaseError) and not isinstance(broken, OperationalError):
             raise InvalidInput(
-                f"{settings.shown} is no database that can be read: {broken.orig}",
+                Message("invalid_input.database_unreadable", database=settings.shown, reason=broken.orig),
                 field="database_url",
                 value=settings.shown,
-                advice="nothing was changed in it; check the address, or restore the file from a backup",
             ) from broken
         if isinstance(broken, OperationalError) and lacks_room(broken):
             raise storage_full(broken) from broken
@@ -130,10 +110,9 @@ def _answering(settings: Settings) -> Iterator[None]:
             raise storage_read_only(broken) from broken
         reason = broken.orig if isinstance(broken, DatabaseError) else broken
         raise Unavailable(
-            f"the database {settings.shown} does not answer: {reason}",
+            Message("unavailable.database", database=settings.shown, reason=reason),
             field="database_url",
             value=settings.shown,
-            advice="check the address, that the server runs, and that the folder can be written",
         ) from broken
 
 

@@ -13,8 +13,7 @@ from service.messages import Message, render, render_advice
 class DrumtrueError(Exception):
     """Base of every deliberate error; raised through its children only.
 
-    message: the message as data, or a sentence that has no key yet. data: the message as data, if it is. code: by
-    default that of the message, `code` in the key `code.variant`.
+    data: the message as key and values. code: by default that of the message, `code` in the key `code.variant`.
     """
 
     status = 500
@@ -22,31 +21,29 @@ class DrumtrueError(Exception):
 
     def __init__(
         self,
-        message: Message | str,
+        message: Message,
         *,
         code: str | None = None,
         field: str | None = None,
         value: object = None,
-        advice: str | None = None,
         retry_after_s: int | None = None,
     ) -> None:
         super().__init__(message)
-        self.data = message if isinstance(message, Message) else None
-        self.code = code or (self.data.code if self.data is not None else type(self).code)
+        self.data = message
+        self.code = code or message.code
         self.field = field
         self.value = value
         self.retry_after_s = retry_after_s
-        self._advice = advice
 
     @property
     def message(self) -> str:
         """What is wrong, in English."""
-        return render(self.data) if self.data is not None else str(self.args[0])
+        return render(self.data)
 
     @property
     def advice(self) -> str | None:
         """What to do, in English."""
-        return self._advice or (render_advice(self.data) if self.data is not None else None)
+        return render_advice(self.data)
 
     def __str__(self) -> str:
         return self.message
@@ -119,10 +116,8 @@ class Stale(DrumtrueError):
     status = 412
     code = "version_stale"
 
-    def __init__(
-        self, message: Message | str, *, current: object, field: str, value: object, advice: str | None = None
-    ) -> None:
-        super().__init__(message, field=field, value=value, advice=advice)
+    def __init__(self, message: Message, *, current: object, field: str, value: object) -> None:
+        super().__init__(message, field=field, value=value)
         self.current = current
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from service.errors import InvalidInput
+from service.messages import Message
 
 DEFAULT_DATABASE = Path.home() / ".local" / "share" / "drumtrue" / "drumtrue.db"
 
@@ -47,11 +48,6 @@ class Settings:
         """
         url = environment.get("DRUMTRUE_DATABASE_URL") or None if database_url is None else database_url
         if url is not None and not url.strip():
-            raise InvalidInput(
-                "the address of the database is empty",
-                field="database_url",
-                value=url,
-                advice="state sqlite:///PATH or postgresql+psycopg://..., or leave it out for the file in your home",
-            )
+            raise InvalidInput(Message("invalid_input.database_address_empty"), field="database_url", value=url)
         settings = Settings(trusted_proxies=environment.get("DRUMTRUE_TRUSTED_PROXIES", ""))
         return settings if url is None else replace(settings, database_url=url)

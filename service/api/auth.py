@@ -23,10 +23,12 @@ from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import RedirectResponse, Response
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import Message as AsgiMessage
 
 from service.api.permissions import KEEPERS, OPERATIONS
 from service.errors import DrumtrueError, Forbidden, Unauthorized
+from service.messages import Message
 from service.runtime.context import AppContext
 from service.usecases.access import logins, tokens
 from service.usecases.access.login_throttle import LoginThrottle
@@ -93,10 +95,7 @@ class Guard:
         if scope["method"] not in SAFE and "authorization" not in request.headers:
             require_same_site(request)
         if operation is not None and operation not in OPERATIONS:
-            raise Forbidden(
-                f"the operation {operation!r} is not open to anybody",
-                advice="name the operation in service/api/permissions.py with the scopes that may do it",
-            )
+            raise Forbidden(Message("forbidden.operation", operation=operation))
         allowed = KEEPERS if operation is None else OPERATIONS[operation]
         if allowed is None:
             return None
@@ -106,10 +105,13 @@ class Guard:
             raise self._no_operation(scope)
         if not allowed & principal.scopes:
             raise Forbidden(
-                f"{operation} needs the scope {' or '.join(sorted(allowed))}; "
-                f"the token {principal.name!r} has {', '.join(sorted(principal.scopes))}",
-                code="scope_missing",
-                advice="use a token with that scope, or ask who runs the service for one",
+                Message(
+                    "scope_missing",
+                    operation=operation,
+                    allowed=sorted(allowed),
+                    token=principal.name,
+                    scopes=sorted(principal.scopes),
+                )
             )
         return principal
 
@@ -136,7 +138,7 @@ class Guard:
             return attempts.guarded(client_of(request), text, lambda: tokens.bearer(work, text))
         if cookie := request.cookies.get(COOKIE):
             return logins.logged_in(work, cookie)
-        raise Unauthorized("a token is needed", code="token_missing", advice=TO_CREATE)
+        raise Unauthorized(Message("token_missing.none"))
 
     def _operation(self, scope: Scope) -> str | None:
         """The name of the route that will be taken, the first that matches path and method; None without one."""
@@ -170,11 +172,11 @@ class _Watched:
         self._events = self._over = False
         self._looked_at = -LOOK_AGAIN_S
 
-    async def receive(self) -> Message:
+    async def receive(self) -> AsgiMessage:
         """What the client sends."""
         return {"type": "http.disconnect"} if self._over else await self._receive()
 
-    async def send(self, message: Message) -> None:
+    async def send(self, message: AsgiMessage) -> None:
         """Pass a part of the answer on."""
         if self._over:
             return
@@ -207,13 +209,7 @@ def require_same_site(request: HTTPConnection) -> None:
     else:
         own = origin is None or urlsplit(origin).netloc.lower() == request.headers.get("host", "").lower()
     if not own:
-        raise Forbidden(
-            f"the request comes from another site ({origin or site})",
-            code="cross_site",
-            field="origin",
-            value=origin,
-            advice="use the pages of the service itself, or a token",
-        )
+        raise Forbidden(Message("cross_site", site=origin or site), field="origin", value=origin)
 
 
 def _require_here(request: HTTPConnection) -> None:
@@ -224,13 +220,7 @@ def _require_here(request: HTTPConnection) -> None:
     host = urlsplit(f"//{request.headers.get('host', '')}").hostname or ""
     if is_loopback(host) and not any(name in request.headers for name in FORWARDED):
         return
-    raise Unauthorized(
-        f"without tokens only requests to this machine itself are answered; this one is for {host!r} or was forwarded",
-        code="token_missing",
-        field="host",
-        value=host,
-        advice=TO_CREATE,
-    )
+    raise Unauthorized(Message("token_missing.remote", host=host), field="host", value=host)
 
 
 @lru_cache(maxsize=256)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 
 from starlette.responses import JSONResponse
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import Message as AsgiMessage
 
 from service.api.problems import problem
+from service.messages import Message, Quantity
 
 PATIENCE = 16
 """A body up to so many times too long is read to its end and dropped: the client then sees the answer, not a reset."""
@@ -17,11 +19,6 @@ BODY_S = 60.0
 OF_ANYBODY = {"/login": 16_384, "/logout": 16_384, "/preferences": 16_384}
 """Bytes of a body that is read of somebody who is not known: two fields of a form."""
 OF_ANYBODY_S = 10.0
-
-_ADVICE = {
-    "readings": "send readings in smaller batches",
-    "blocks": "send shorter blocks, or fewer channels in each",
-}
 
 
 class BodyLimit:
@@ -54,7 +51,7 @@ class BodyLimit:
             return
         given = False
 
-        async def replay() -> Message:
+        async def replay() -> AsgiMessage:
             nonlocal given
             if given:
                 return await receive()
@@ -66,13 +63,17 @@ class BodyLimit:
     async def _refuse(self, scope: Scope, receive: Receive, send: Send, most: int) -> None:
         response = problem(
             413,
-            "too_large",
-            f"the body is longer than {most} bytes",
+            _too_large(scope["path"].rpartition("/")[2], most),
             value=most,
-            advice=_ADVICE.get(scope["path"].rpartition("/")[2], "leave out what is not needed, or send it in parts"),
             headers={"connection": "close"},
         )
         await response(scope, receive, send)
+
+
+def _too_large(subject: str, most: int) -> Message:
+    if subject == "readings":
+        return Message("too_large.body_of_readings", most=most)
+    return Message("too_large.body_of_blocks" if subject == "blocks" else "too_large.body", most=most)
 
 
 async def _read(receive: Receive, most: int) -> tuple[bytes | None, int]:
@@ -96,9 +97,7 @@ async def _read(receive: Receive, most: int) -> tuple[bytes | None, int]:
 def _late(patience_s: float) -> JSONResponse:
     return problem(
         408,
-        "request_timeout",
-        f"the body did not come to its end within {patience_s:g} s",
+        Message("request_timeout", patience=Quantity(patience_s, "s")),
         value=patience_s,
-        advice="send the request again, over a better link or in smaller parts",
         headers={"connection": "close"},
     )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from http import HTTPStatus
 from typing import Any
 
@@ -16,40 +17,36 @@ from starlette.exceptions import HTTPException
 from db.unreadable import UnreadableRow
 from service.api.strict_json import InvalidBody
 from service.errors import DrumtrueError, Stale
-from service.messages import Message, parameters_json
+from service.messages import Message, parameters_json, render, render_advice
 from service.model.base import document, to_plain
 from service.runtime.context import unreadable
 
 MEDIA_TYPE = "application/problem+json"
-_ADVICE = {
-    "json_invalid": "send the body as JSON text in UTF-8",
-    "finite_number": "send a finite number; leave out what was not measured",
-    "unexpected_keyword_argument": "leave the field out; the API document lists the fields that are known",
+_RULES: dict[str, Callable[..., Message]] = {
+    "json_invalid": partial(Message, "invalid_json"),
+    "finite_number": partial(Message, "invalid_input.finite_number"),
+    "missing": partial(Message, "invalid_input.missing"),
+    "unexpected_keyword_argument": partial(Message, "invalid_input.unexpected_keyword_argument"),
+    "string_pattern_mismatch": partial(Message, "invalid_input.string_pattern_mismatch"),
+    "string_too_short": partial(Message, "invalid_input.string_too_short"),
+    "string_too_long": partial(Message, "invalid_input.string_too_long"),
+    "too_short": partial(Message, "invalid_input.too_short"),
+    "too_long": partial(Message, "invalid_input.too_long"),
+    "greater_than": partial(Message, "invalid_input.greater_than"),
+    "greater_than_equal": partial(Message, "invalid_input.greater_than_equal"),
+    "less_than": partial(Message, "invalid_input.less_than"),
+    "less_than_equal": partial(Message, "invalid_input.less_than_equal"),
+    "literal_error": partial(Message, "invalid_input.literal_error"),
+    "float_type": partial(Message, "invalid_input.float_type"),
+    "int_type": partial(Message, "invalid_input.int_type"),
+    "int_from_float": partial(Message, "invalid_input.int_from_float"),
+    "string_type": partial(Message, "invalid_input.string_type"),
+    "bool_type": partial(Message, "invalid_input.bool_type"),
+    "tuple_type": partial(Message, "invalid_input.tuple_type"),
+    "list_type": partial(Message, "invalid_input.list_type"),
+    "dataclass_type": partial(Message, "invalid_input.dataclass_type"),
 }
-_NUMBER, _LIST = "send a number within the limits", "send as many entries as are allowed"
-_RULES: dict[str, tuple[str, str]] = {
-    "missing": ("this field is required", "state the field"),
-    "unexpected_keyword_argument": ("there is no such field here", _ADVICE["unexpected_keyword_argument"]),
-    "string_pattern_mismatch": ("the text has characters that {pattern} does not allow", "leave these characters out"),
-    "string_too_short": ("the text must have at least {min_length} characters", "write something here"),
-    "string_too_long": ("the text must have at most {max_length} characters", "shorten the text"),
-    "too_short": ("the list must have at least {min_length} entries", _LIST),
-    "too_long": ("the list must have at most {max_length} entries", _LIST),
-    "greater_than": ("the number must be greater than {gt}", _NUMBER),
-    "greater_than_equal": ("the number must be at least {ge}", _NUMBER),
-    "less_than": ("the number must be less than {lt}", _NUMBER),
-    "less_than_equal": ("the number must be at most {le}", _NUMBER),
-    "literal_error": ("the value must be {expected}", "send {expected}"),
-    "float_type": ("a number is needed here", "send a number, without quotation marks"),
-    "int_type": ("a whole number is needed here", "send a whole number, without quotation marks"),
-    "int_from_float": ("a whole number is needed here", "send a whole number"),
-    "string_type": ("a text is needed here", "send a text in quotation marks"),
-    "bool_type": ("true or false is needed here", "send true or false, without quotation marks"),
-    "tuple_type": ("a list is needed here", "send a list: [...]"),
-    "list_type": ("a list is needed here", "send a list: [...]"),
-    "dataclass_type": ("an object with named fields is needed here", "send an object: {{...}}"),
-}
-"""What a rule of pydantic asks for, and what to do, in the words of a reader; its limits stand in braces."""
+"""What a rule of pydantic asks for; its limits are the parameters."""
 _MAX_VALUE = 200
 _MAX_ERRORS = 20
 
@@ -86,30 +83,28 @@ class Problem:
 
 def problem(
     status: int,
-    code: str,
-    detail: str,
+    message: Message,
     *,
+    code: str | None = None,
     field: str | None = None,
     value: object = None,
-    advice: str | None = None,
     errors: Sequence[dict[str, Any]] = (),
     headers: Mapping[str, str] | None = None,
     current: object = None,
-    data: Message | None = None,
 ) -> JSONResponse:
-    """A problem as a response."""
+    """A problem as a response; code: that of the message where none is given."""
     body = {
         "type": "about:blank",
         "title": HTTPStatus(status).phrase,
         "status": status,
-        "code": code,
-        "detail": detail,
+        "code": code or message.code,
+        "detail": render(message),
         "field": field,
         "value": safe(value),
-        "advice": advice,
+        "advice": render_advice(message),
         "errors": list(errors),
-        "key": None if data is None else data.key,
-        "parameters": None if data is None else parameters_json(data),
+        "key": message.key,
+        "parameters": parameters_json(message),
     }
     if current is not None:
         body["current"] = to_plain(current)
@@ -141,12 +136,7 @@ def install(app: FastAPI) -> None:
 
 
 def _unexpected(_request: Request, _error: Exception) -> JSONResponse:
-    return problem(
-        500,
-        "internal_error",
-        "the service met something it did not expect; what was asked for is not done",
-        advice="try again; if it stays so, send the service's log and the request to who looks after it",
-    )
+    return problem(500, Message("internal_error"))
 
 
 def _deliberate(_request: Request, error: Exception) -> JSONResponse:
@@ -154,14 +144,12 @@ def _deliberate(_request: Request, error: Exception) -> JSONResponse:
     later = {} if error.retry_after_s is None else {"retry-after": str(error.retry_after_s)}
     return problem(
         error.status,
-        error.code,
-        error.message,
+        error.data,
+        code=error.code,
         field=error.field,
         value=error.value,
-        advice=error.advice,
         headers=later,
         current=error.current if isinstance(error, Stale) else None,
-        data=error.data,
     )
 
 
@@ -176,17 +164,14 @@ def _invalid(_request: Request, error: Exception) -> JSONResponse:
     else:
         assert isinstance(error, RequestValidationError | ValidationError)  # noqa: S101
         listed = error.errors()
-    found = [_entry(e) for e in listed[:_MAX_ERRORS]]
-    first = found[0]
-    code = "invalid_json" if first["rule"] == "json_invalid" else "invalid_input"
+    found = [(_message(e), _entry(e)) for e in listed[:_MAX_ERRORS]]
+    message, first = found[0]
     return problem(
         422,
-        code,
-        first["detail"],
+        message,
         field=first["field"],
         value=first["value"],
-        advice=first["advice"],
-        errors=found if len(found) > 1 else (),
+        errors=[entry for _, entry in found] if len(found) > 1 else (),
     )
 
 
@@ -194,22 +179,28 @@ def _http(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)  # noqa: S101
     phrase = HTTPStatus(error.status_code).phrase
     code = phrase.lower().replace(" ", "_").replace("-", "_")
-    advice = "see /docs for the addresses and methods there are" if error.status_code in (404, 405) else None
-    return problem(error.status_code, code, str(error.detail), advice=advice, headers=error.headers)
+    unknown = error.status_code in (404, 405)
+    message = Message("http_error.address" if unknown else "http_error", detail=str(error.detail))
+    return problem(error.status_code, message, code=code, headers=error.headers)
 
 
 def _entry(error: Mapping[str, Any]) -> dict[str, Any]:
-    rule = str(error["type"])
-    value = None if rule in ("missing", "json_invalid") else safe(error.get("input"))
-    limits = {name: _limit(limit) for name, limit in (error.get("ctx") or {}).items()}
-    detail, advice = _RULES.get(rule, ("", ""))
+    rule, message = str(error["type"]), _message(error)
     return {
         "field": _path(error.get("loc", ())),
-        "detail": detail.format(**limits) or str(error["msg"]).removeprefix("Value error, "),
-        "value": value,
+        "detail": render(message),
+        "value": None if rule in ("missing", "json_invalid") else safe(error.get("input")),
         "rule": rule,
-        "advice": advice.format(**limits) or _ADVICE.get(rule) or "look up in the API document what the field may hold",
+        "advice": render_advice(message),
     }
+
+
+def _message(error: Mapping[str, Any]) -> Message:
+    """What a rule of pydantic asks for, and what to do."""
+    rule = str(error["type"])
+    limits = {name: _limit(limit) for name, limit in (error.get("ctx") or {}).items()}
+    told = str(error["msg"]).removeprefix("Value error, ")
+    return _RULES.get(rule, partial(Message, "invalid_input"))(**{**limits, "rule": told})
 
 
 def _limit(limit: object) -> str:

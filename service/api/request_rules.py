@@ -5,9 +5,11 @@ from __future__ import annotations
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import Message as AsgiMessage
 
 from service.api.problems import problem
+from service.messages import Message
 
 MAX_TARGET_BYTES = 8192
 
@@ -25,8 +27,8 @@ class RequestRules:
             return
         refused = _refusal(scope)
         if refused is not None:
-            status, code, detail, field, advice = refused
-            await problem(status, code, detail, field=field, advice=advice)(scope, receive, send)
+            status, message, field = refused
+            await problem(status, message, field=field)(scope, receive, send)
         elif scope["method"] == "HEAD":
             head = _Head(send, receive)
             # The server itself leaves the body out: it still has the method that was asked with.
@@ -41,38 +43,34 @@ class _Head:
     def __init__(self, send: Send, receive: Receive) -> None:
         self._send, self._receive, self._over = send, receive, False
 
-    async def send(self, message: Message) -> None:
+    async def send(self, message: AsgiMessage) -> None:
         if message["type"] == "http.response.start":
             await self._send(message)
         elif not self._over:
             self._over = True
             await self._send({"type": "http.response.body", "body": b"", "more_body": False})
 
-    async def receive(self) -> Message:
+    async def receive(self) -> AsgiMessage:
         return {"type": "http.disconnect"} if self._over else await self._receive()
 
 
-_Refusal = tuple[int, str, str, str, str]
-"""Status, code, detail, field, advice."""
+_Refusal = tuple[int, Message, str]
+"""Status, message, field."""
 
 
 def _refusal(scope: Scope) -> _Refusal | None:
     target = scope.get("raw_path", b"")
     if len(target) + len(scope["query_string"]) > MAX_TARGET_BYTES:
-        detail = f"the address is longer than {MAX_TARGET_BYTES} bytes"
-        return 414, "target_too_long", detail, "target", "send what is long in the body of a request"
+        return 414, Message("target_too_long", most=MAX_TARGET_BYTES), "target"
     headers = Headers(scope=scope)
     hosts = headers.getlist("host")
     if len(hosts) > 1 or (not hosts and scope.get("http_version") == "1.1") or not _is_address(*hosts[:1]):
-        advice = "send one header host: NAME, or NAME:PORT"
-        return 400, "bad_host", "the header host must be there once and name this service", "host", advice
+        return 400, Message("bad_host"), "host"
     if not all(origin == "null" or _is_origin(origin) for origin in headers.getlist("origin")):
-        advice = "send the address that the page was loaded from, or leave the header out"
-        return 400, "bad_origin", "the header origin is no address", "origin", advice
+        return 400, Message("bad_origin"), "origin"
     coding = ", ".join(headers.getlist("content-encoding")).strip().lower()
     if coding not in ("", "identity"):
-        detail = f"a body in the coding {coding!r} is not read"
-        return 415, "content_coding", detail, "content-encoding", "send the body as it is, without content-encoding"
+        return 415, Message("content_coding", coding=coding), "content-encoding"
     return None
 
 

@@ -20,6 +20,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 
 from service.errors import InvalidInput, PreconditionFailed, UnsupportedMediaType
+from service.messages import Message, Word
 from service.model.base import adapter, write_json
 from service.model.design_run import DesignStudy
 from service.model.plan import Plan
@@ -177,13 +178,7 @@ def _require_no_version(request: Request) -> None:
     """Refuse a version where none is kept: passed over, a change would be made on whatever is stored by now."""
     stated = request.headers.get("if-match", "*")
     if stated != "*":
-        raise PreconditionFailed(
-            "what this address changes has no version, so it is at none that If-Match may name",
-            code="version_unknown",
-            field="If-Match",
-            value=stated,
-            advice="leave the header out; sessions and plans have versions",
-        )
+        raise PreconditionFailed(Message("version_unknown"), field="If-Match", value=stated)
 
 
 def _require_known(request: Request, known: frozenset[str]) -> None:
@@ -192,11 +187,9 @@ def _require_known(request: Request, known: frozenset[str]) -> None:
     unknown = sorted(set(request.query_params) - known) if request.scope["query_string"] else []
     if unknown:
         raise InvalidInput(
-            f"there is no query parameter {', '.join(map(repr, unknown))} here",
-            code="unknown_parameter",
+            Message("unknown_parameter", unknown=unknown, known=sorted(known)),
             field=unknown[0],
             value=request.query_params[unknown[0]],
-            advice=f"leave it out; there {'is' if len(known) == 1 else 'are'} {', '.join(sorted(known)) or 'none'}",
         )
 
 
@@ -206,10 +199,7 @@ def _require_json(request: Request) -> None:
     kind = stated.partition(";")[0].strip().lower()
     if kind != "application/json":
         raise UnsupportedMediaType(
-            f"a body in JSON is needed; the request's content-type is {kind or 'missing'}",
-            field="content-type",
-            value=stated or None,
-            advice="send JSON text with the header content-type: application/json",
+            Message("unsupported_media_type", kind=kind or Word("missing")), field="content-type", value=stated or None
         )
 
 

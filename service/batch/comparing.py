@@ -9,6 +9,7 @@ from pathlib import Path
 
 from service.batch.executors import executor
 from service.errors import InvalidInput
+from service.messages import Message
 
 TOLERANCE = 1e-6
 """What the arithmetic of another processor or library may change, with room."""
@@ -39,7 +40,7 @@ def compare_folder(
     paths = sorted(str(path) for path in folder.rglob("*.json"))
     if not paths:
         raise InvalidInput(
-            f"{folder} holds no session log (*.json)", field="folder", value=str(folder), advice="check the folder"
+            Message("invalid_input.folder_without_logs", folder=folder), field="folder", value=str(folder)
         )
     found = []
     with executor(1 if len(paths) == 1 else workers, cluster) as where:

@@ -14,6 +14,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from service.errors import InvalidInput, Unavailable
+from service.messages import Message
 
 CONNECT_S = 5.0
 """Longer than a scheduler in the same building takes to answer."""
@@ -58,20 +59,12 @@ def _dask(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ModuleNotFoundError:
-        raise InvalidInput(
-            "a cluster needs the package distributed, which is not installed",
-            field="cluster",
-            value=address,
-            advice="install drumtrue[batch], or leave --cluster out and use the cores of this machine",
-        ) from None
+        raise InvalidInput(Message("invalid_input.distributed_missing"), field="cluster", value=address) from None
     try:
         client: Any = Client(address, timeout=CONNECT_S, set_as_default=False)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as wrong:
         raise Unavailable(
-            f"no Dask scheduler answers at {address}: {wrong}",
-            field="cluster",
-            value=address,
-            advice="start one (dask scheduler), check the address, or leave --cluster out",
+            Message("unavailable.scheduler", address=address, reason=wrong), field="cluster", value=address
         ) from None
     try:
         _require_workers(client, address)
@@ -85,9 +78,4 @@ def _require_workers(client: Any, address: str) -> None:
     try:
         client.wait_for_workers(1, timeout=CONNECT_S)
     except TimeoutError:
-        raise Unavailable(
-            f"the Dask scheduler at {address} has no workers",
-            field="cluster",
-            value=address,
-            advice=f"start one beside an installed Drumtrue: dask worker {address}",
-        ) from None
+        raise Unavailable(Message("unavailable.workers", address=address), field="cluster", value=address) from None

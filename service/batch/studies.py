@@ -16,6 +16,7 @@ from service.engine.logs.replay import last_problem, resolve
 from service.engine.mapping import placement_vectors
 from service.engine.plan_survival import plan_survival
 from service.errors import DrumtrueError, InvalidInput
+from service.messages import Message
 from service.model.plan import Placement, Plan
 from service.model.run import Run, RunReading
 from service.model.session import SessionLog
@@ -96,11 +97,7 @@ def study(
     _require_scatter(last, scatter)
     itself = _one(last)
     if itself.refused is not None:
-        raise InvalidInput(
-            f"the session itself has no answer: {itself.refused}",
-            field="file",
-            advice="mend the session first: `drumtrue solve` says what is wrong",
-        )
+        raise InvalidInput(Message("invalid_input.session_unsolved", reason=itself.refused), field="file")
     together = prepared_of(last, scatter) is not None
     size = TOGETHER if together else PER_PIECE
     pieces = [range(start, min(start + size, draws)) for start in range(0, draws, size)]
@@ -202,9 +199,7 @@ def _require_scatter(log: SessionLog, scatter: float | None) -> None:
         for reading in run.readings:
             if not run.excluded and reading.scatter is None and scatter is None:
                 raise InvalidInput(
-                    f"sensor {reading.sensor!r} states no scatter in run {run.number}",
-                    field="scatter",
-                    advice="give one for such readings, as a part of the amplitude: --scatter 0.03",
+                    Message("invalid_input.scatter_missing", sensor=reading.sensor, run=run.number), field="scatter"
                 )
 
 

@@ -22,6 +22,7 @@ from service.chaos.network import held_connections, hung_database, shown_as_pres
 from service.chaos.old_database import OldDatabases
 from service.chaos.server import Server, own_server
 from service.errors import InvalidInput
+from service.messages import Message
 from service.settings import Settings
 
 PATIENCE_S = 600.0
@@ -82,10 +83,7 @@ def run(wishes: CampaignOptions, say: Say) -> Outcome:
     """The whole campaign. Raises InvalidInput where it cannot be done as wished."""
     if wishes.replicas > 1 and wishes.engine == "sqlite":
         raise InvalidInput(
-            f"{wishes.replicas} replicas over one SQLite file",
-            field="replicas",
-            value=wishes.replicas,
-            advice="replicas need --engine postgresql",
+            Message("invalid_input.replicas", replicas=wishes.replicas), field="replicas", value=wishes.replicas
         )
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="drumtrue-chaos-")))

@@ -14,6 +14,7 @@ from pathlib import Path
 import httpx2
 
 from service.errors import Unavailable
+from service.messages import Message
 
 START_S = 600.0
 STOP_S = 120.0
@@ -54,9 +55,7 @@ class Instance:
         end = time.monotonic() + START_S
         while not self._answers():
             if self._process.poll() is not None or time.monotonic() > end:
-                raise Unavailable(
-                    f"the service on port {self.port} did not start", advice=f"see what it said: {self._last_words()}"
-                )
+                raise Unavailable(Message("unavailable.port_not_started", port=self.port, said=self._last_words()))
             time.sleep(0.05)
 
     def alive_s(self, most_s: float) -> float:

@@ -17,6 +17,7 @@ from typing import Any
 import httpx2
 
 from service.errors import DrumtrueError
+from service.messages import Message
 
 TIMEOUT_S = 60.0
 PAUSE_S = 0.2
@@ -84,7 +85,7 @@ class Caller:
                 self.last = f"{type(wrong).__name__}: {wrong}"
             self.interrupted += 1
             if self.ended():
-                raise GivenUp(f"{method} {path} was not answered before the end; at last: {self.last}")
+                raise GivenUp(Message("given_up.not_answered", method=method, path=path, last=self.last))
             time.sleep(PAUSE_S)
         raise AssertionError
 
@@ -109,7 +110,7 @@ class Bridge:
         numbers = range(self.acknowledged + 1, self.acknowledged + BATCH + 1)
         answer = caller.ask("POST", "/readings", [reading(self.source, number) for number in numbers])
         if answer.status != 201 or answer.body["accepted"] + answer.body["duplicates"] != BATCH:
-            raise GivenUp(f"{self.source}: {answer.status} {answer.body}")
+            raise GivenUp(Message("given_up.readings", source=self.source, status=answer.status, body=str(answer.body)))
         self.acknowledged += BATCH
 
 
@@ -153,7 +154,11 @@ class Technician:
         if self.rng.random() < 0.4:
             answer = caller.ask("PATCH", f"/sessions/{session}", {"state": "closed"})
             if answer.status != 200 and answer.asked == 1:
-                raise GivenUp(f"{self.name}: closing {session}: {answer.status} {answer.body}")
+                raise GivenUp(
+                    Message(
+                        "given_up.closing", name=self.name, session=session, status=answer.status, body=str(answer.body)
+                    )
+                )
             self.closed.append(session)
 
     def _fit(self, caller: Caller, session: str, plan_id: str) -> bool:
@@ -161,14 +166,18 @@ class Technician:
         if answer.status == 409 and answer.body["code"] in ("out_of_stock", "stock_reserved"):
             return False
         if answer.status != 200:
-            raise GivenUp(f"{self.name}: fitting {plan_id}: {answer.status} {answer.body}")
+            raise GivenUp(
+                Message("given_up.mounting", name=self.name, plan=plan_id, status=answer.status, body=str(answer.body))
+            )
         self.fitted[session] = plan_id
         return True
 
     def _post(self, caller: Caller, path: str, body: object) -> Any:
         answer = caller.ask("POST", path, body, self._key())
         if answer.status not in (200, 201):
-            raise GivenUp(f"{self.name}: {path}: {answer.status} {answer.body}")
+            raise GivenUp(
+                Message("given_up.posting", name=self.name, path=path, status=answer.status, body=str(answer.body))
+            )
         return answer.body
 
     def _key(self) -> str:

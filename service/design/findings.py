@@ -53,8 +53,6 @@ def warning(message: Message) -> Finding:
 
 def of_error(error: InvalidInput, prefix: str = "") -> Finding:
     """A refusal of the numerics as a finding; prefix: path of the table that the numerics call theirs."""
-    if error.data is None:
-        return Finding(Message("design_refused", value=error.message))
     parameters = dict(error.data.parameters)
     field = ".".join(part for part in (prefix, error.field) if part)
     return Finding(Message(error.data.key, **{**parameters, "field": field}))

@@ -143,7 +143,7 @@ def wishes(
     """What the correction must respect, in arrays. Raises InvalidInput for an unknown plane."""
     planes: tuple[int, ...] | None = None
     if request.planes is not None:
-        require_unique("planes", request.planes, "name each plane once")
+        require_unique("planes", request.planes)
         planes = tuple(plane_index(machine, name, f"planes[{i}]") for i, name in enumerate(request.planes))
     later = request.mounted_later
     if later is not None:
@@ -244,19 +244,15 @@ def _dead_sensor(runs: Sequence[Run], fitted: FittedModel) -> NumericsError | No
         lacking = [run.number for run in own if all(r.sensor != name or r.phase_deg is None for r in run.readings)]
         if lacking and not np.isfinite(fitted.fit.initial[s]):
             return NumericsError(
-                f"{name} gave nothing in runs {', '.join(map(str, lacking))}: without it planes cannot be told apart",
-                code="sensor_incomplete",
-                field="runs",
-                value=lacking,
-                advice="repeat the runs in which it gave nothing, with the same masses",
+                Message("sensor_incomplete.fit", sensor=name, runs=lacking), field="runs", value=lacking
             )
         if seen.sum() > 1 and np.ptp(np.abs(vibration[seen, s])) <= 1e-9 * np.abs(vibration[seen, s]).max():
             return NumericsError(
-                f"{name} reads the same in all runs: it is dead, and without it planes cannot be told apart",
-                code="sensor_stuck" if np.abs(vibration[seen, s]).max() > 0.0 else "sensor_silent",
+                Message(
+                    "sensor_stuck.fit" if np.abs(vibration[seen, s]).max() > 0.0 else "sensor_silent.fit", sensor=name
+                ),
                 field="runs",
                 value=name,
-                advice="check its cable and its mounting, then measure again",
             )
     return None
 
@@ -334,13 +330,11 @@ def _speeds(machine: Machine, rows: Sequence[Channel]) -> tuple[Diagnostic, ...]
         return ()
     nearest = min(measured, key=lambda rpm: abs(rpm - service))
     return (
-        Diagnostic(
-            code="service_speed_not_measured",
-            severity="warning",
-            message=f"no run is at the service speed {service:g} r/min: what is stated holds at {nearest:g} r/min only",
-            advice="Take the runs at the service speed, or at least the check run; a vibration changes with the third "
-            "power of the speed, and faster near a resonance.",
-            parameters={"service_rpm": service, "measured_rpm": nearest},
+        diagnostic(
+            Message(
+                "service_speed_not_measured", service=Quantity(service, "r/min"), measured=Quantity(nearest, "r/min")
+            ),
+            "warning",
         ),
     )
 

@@ -248,14 +248,7 @@ def _require_phase(runs: Sequence[Run], known: RunSet) -> None:
     """Raise InvalidInput where amplitudes were measured and not one of them has a phase."""
     if np.isfinite(known.vibration).any() or not any(reading.amplitude for run in runs for reading in run.readings):
         return
-    raise InvalidInput(
-        f"no reading of {'the run' if len(runs) == 1 else f'the {len(runs)} runs'} has a phase",
-        code="no_phase",
-        field="source",
-        value=len(runs),
-        advice="ask for source amplitude_only, which fits amplitudes alone (each trial mass at three angles), or check "
-        "the key-phasor and measure again",
-    )
+    raise InvalidInput(Message("no_phase", count=len(runs)), field="source", value=len(runs))
 
 
 def require_runs(runs: Sequence[Run]) -> None:

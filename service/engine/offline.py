@@ -12,6 +12,7 @@ from service.engine.influence_fits import used
 from service.engine.plan_solver import solve_plan
 from service.engine.selection_problem import PlanContext
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.correction import Correction, CorrectionRequest
 from service.model.plan import Plan, PlanInputs, PlanRequest
 from service.model.session import SessionLog
@@ -45,13 +46,7 @@ def plan(
     reason. Raises InvalidInput where the session has no box or the request cannot be meant.
     """
     if session.catalogue is None:
-        raise InvalidInput(
-            "a plan needs a box of stock masses, the session has none",
-            code="catalogue_missing",
-            field="catalogue",
-            value=None,
-            advice="state catalogue {name, items: [{mass_g, count}]} in the session",
-        )
+        raise InvalidInput(Message("catalogue_missing.offline"), field="catalogue", value=None)
     asked = PlanRequest(**{"objective": "residual_vibration", **request, "correction_id": correction.id})
     inputs = PlanInputs(counts=tuple(item.count for item in session.catalogue.items), present=(), version=__version__)
     ground = PlanContext(

@@ -9,6 +9,7 @@ from typing import get_args
 from service.balancing.rotor.phasors import normal_degrees
 from service.balancing.rotor.units import Scale, is_unit_of
 from service.errors import InvalidInput, NumericsError
+from service.messages import Message, Quantity, Word
 from service.model.machine import Catalogue, CatalogueItem, Machine, Plane, Sensor, Unit
 from service.model.run import MassOnRotor
 from service.model.session import AsFoundPiece
@@ -27,12 +28,7 @@ def normalised(machine: Machine) -> Machine:
         _check_sensor(machine, f"sensors[{index}]", sensor)
     places = [bearing.axial_mm for bearing in machine.bearings]
     if len(set(places)) != len(places):
-        raise InvalidInput(
-            f"two bearings stand at the same place {places} mm",
-            field="bearings",
-            value=places,
-            advice="measure the axial positions from the mass centre again",
-        )
+        raise InvalidInput(Message("invalid_input.bearings_coincide", places=places), field="bearings", value=places)
     planes = tuple(_checked_plane(f"planes[{index}]", plane) for index, plane in enumerate(machine.planes))
     return replace(machine, planes=planes)
 
@@ -44,7 +40,7 @@ def highest_speed(machine: Machine) -> float:
 
 def check_catalogue(catalogue: Catalogue) -> None:
     """A mass appears once in a box. Raises InvalidInput."""
-    require_unique("items", [item.mass_g for item in catalogue.items], "give each mass one line and add up the counts")
+    require_unique("items", [item.mass_g for item in catalogue.items])
 
 
 def plane_index(machine: Machine, name: str, field: str) -> int:
@@ -63,10 +59,14 @@ def position_index(plane: Plane, angle_deg: float, field: str) -> int:
     if place is not None:
         return place.index
     raise InvalidInput(
-        f"{angle_deg:g} deg is no position of plane {plane.name!r}",
+        Message(
+            "invalid_input.not_a_position",
+            angle=Quantity(angle_deg, "deg"),
+            plane=plane.name,
+            positions=[Quantity(p, "deg") for p in plane.positions_deg],
+        ),
         field=field,
         value=angle_deg,
-        advice=f"its positions are {', '.join(f'{p:g}' for p in plane.positions_deg)} deg",
     )
 
 
@@ -108,12 +108,7 @@ def check_masses(machine: Machine, masses: Iterable[MassOnRotor], field: str = "
     for index, mass in enumerate(masses):
         plane_index(machine, mass.plane, f"{field}[{index}].plane")
         if mass.mass_g == 0.0:
-            raise InvalidInput(
-                "a mass of 0 g is no mass",
-                field=f"{field}[{index}].mass_g",
-                value=0.0,
-                advice="leave the line out, or state what was fitted",
-            )
+            raise InvalidInput(Message("invalid_input.zero_mass"), field=f"{field}[{index}].mass_g", value=0.0)
 
 
 def check_as_found(machine: Machine, pieces: Iterable[AsFoundPiece]) -> None:
@@ -127,46 +122,44 @@ def _check_sensor(machine: Machine, field: str, sensor: Sensor) -> None:
     try:
         Scale(sensor.quantity, sensor.unit, sensor.detection)
     except NumericsError as wrong:
-        advice = wrong.advice
+        message = Message("invalid_input.sensor_scale", cause=wrong.data)
         if wrong.field == "unit":
             fitting = [unit for unit in get_args(Unit) if is_unit_of(sensor.quantity, unit)]
-            advice = f"use one of: {', '.join(fitting)}"
-        raise InvalidInput(wrong.message, field=f"{field}.{wrong.field}", value=wrong.value, advice=advice) from None
+            message = Message("invalid_input.sensor_unit", cause=wrong.data, units=fitting)
+        raise InvalidInput(message, field=f"{field}.{wrong.field}", value=wrong.value) from None
     if sensor.bearing is not None:
         _index([bearing.name for bearing in machine.bearings], sensor.bearing, f"{field}.bearing", "bearing")
 
 
 def _checked_plane(field: str, plane: Plane) -> Plane:
     positions = tuple(normal_degrees(angle) for angle in plane.positions_deg)
-    require_unique(
-        f"{field}.positions_deg", [round(angle, 6) % 360.0 for angle in positions], "each position is listed once"
-    )
+    require_unique(f"{field}.positions_deg", [round(angle, 6) % 360.0 for angle in positions])
     if plane.hole_labels is not None:
         require_unique(f"{field}.hole_labels", plane.hole_labels)
         if len(plane.hole_labels) != len(positions):
             raise InvalidInput(
-                f"{len(plane.hole_labels)} hole labels for {len(positions)} positions",
+                Message("invalid_input.hole_labels", labels=len(plane.hole_labels), positions=len(positions)),
                 field=f"{field}.hole_labels",
                 value=len(plane.hole_labels),
-                advice="give one label for each position, in the same order",
             )
     room = len(positions) * plane.masses_per_position
     if plane.max_masses > room:
         raise InvalidInput(
-            f"max_masses is {plane.max_masses}, but {len(positions)} positions take {room} masses at most",
+            Message(
+                "invalid_input.more_masses_than_room", masses=plane.max_masses, positions=len(positions), room=room
+            ),
             field=f"{field}.max_masses",
             value=plane.max_masses,
-            advice="lower max_masses, or raise masses_per_position",
         )
     return replace(plane, positions_deg=positions)
 
 
-def require_unique(field: str, values: Iterable[object], advice: str = "give each its own name") -> None:
+def require_unique(field: str, values: Iterable[object]) -> None:
     """Refuse a value that appears twice. Raises InvalidInput."""
     seen: set[object] = set()
     for value in values:
         if value in seen:
-            raise InvalidInput(f"{value!r} appears twice in {field}", field=field, value=value, advice=advice)
+            raise InvalidInput(Message("invalid_input.twice", field=field, value=value), field=field, value=value)
         seen.add(value)
 
 
@@ -174,10 +167,7 @@ def _index(names: list[str], name: str, field: str, noun: str) -> int:
     if name in names:
         return names.index(name)
     raise InvalidInput(
-        f"the machine has no {noun} {name!r}",
-        field=field,
-        value=name,
-        advice=f"it has {', '.join(map(repr, names)) or 'none'}",
+        Message("invalid_input.unknown_part", noun=Word(noun), name=name, names=names), field=field, value=name
     )
 
 
@@ -187,8 +177,11 @@ def item_of(items: Sequence[CatalogueItem], mass_g: float, field: str) -> int:
         if item.mass_g == mass_g:
             return index
     raise InvalidInput(
-        f"the box has no mass of {mass_g:g} g",
+        Message(
+            "invalid_input.unknown_mass",
+            mass=Quantity(mass_g, "g"),
+            masses=[Quantity(item.mass_g, "g") for item in items[:20]],
+        ),
         field=field,
         value=mass_g,
-        advice=f"it has {', '.join(f'{item.mass_g:g}' for item in items[:20])} g; a weighed value goes into weighed_g",
     )

@@ -22,7 +22,7 @@ from db.set_apart import require_readable
 from db.store import Store
 from db.unreadable import DocumentRefused, UnreadableRow
 from service.errors import Abandoned, Conflict, InvalidInput, NotFound, StorageFull, Unavailable
-from service.messages import Message
+from service.messages import Message, Word
 from service.runtime.background import Background
 from service.runtime.group_commit import GroupCommit
 from service.runtime.listeners import Listeners
@@ -102,10 +102,7 @@ class AppContext:
     def attended(self) -> float:
         """The stop-watch of a long computation, s. Raises Abandoned once who asked has hung up."""
         if self.gone():
-            raise Abandoned(
-                "who asked for this has hung up",
-                advice="nothing was stored; ask again",
-            )
+            raise Abandoned(Message("request_abandoned"))
         return self.monotonic()
 
     def write(self) -> AbstractContextManager[Store]:
@@ -194,32 +191,22 @@ def unreadable(found: UnreadableRow) -> Conflict:
     """The error for a stored row that was needed and cannot be read."""
     fault = found.fault
     return Conflict(
-        f"{fault.table} {fault.key} is stored and cannot be read: {fault.column or 'document'} breaks a rule",
-        code="row_unreadable",
+        Message("row_unreadable", table=fault.table, key=fault.key, column=fault.column or "document"),
         field=f"{fault.column}.{fault.field}".strip("."),
         value=fault.value,
-        advice="everything else goes on without it; run `drumtrue repair`, which lists and mends such rows",
     )
 
 
 def _refused(error: DocumentRefused) -> InvalidInput:
     """The error for a document that could not be read again, had it been stored."""
     return InvalidInput(
-        f"a stored value would break a rule: {error.fault.rule}",
-        code="document_refused",
-        field=error.fault.field or None,
-        value=error.fault.value,
-        advice="nothing was stored; change what was sent so that this value is within its rule",
+        Message("document_refused", rule=error.fault.rule), field=error.fault.field or None, value=error.fault.value
     )
 
 
 def storage_full(error: DBAPIError) -> StorageFull:
     """The error for what the engine had no room for."""
-    return StorageFull(
-        f"the database has no room for this: {error.orig}",
-        advice="nothing was stored; make room on the database's disk, or raise its quota or limit of a file's size, "
-        "then try again; where there is room, have the disk looked at",
-    )
+    return StorageFull(Message("storage_full.database", reason=error.orig))
 
 
 def storage_read_only(error: DBAPIError) -> Unavailable:
@@ -234,10 +221,9 @@ def require(store: Store, kind: type[Row], key: str, *, lock: bool = False) -> R
         noun = kind.__tablename__.replace("_", " ")
         listed = noun in ("machine", "catalogue", "session", "source", "design study", "design run")
         raise NotFound(
-            f"there is no {noun} {key!r}",
+            Message("not_found.listed" if listed else "not_found.part", noun=Word(noun), key=key),
             field=f"{kind.__tablename__}_id",
             value=key,
-            advice=f"list the {noun}s and take one of them" if listed else "take its id from GET /sessions/{id}",
         )
     require_readable(row)
     return row

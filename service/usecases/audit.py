@@ -11,6 +11,7 @@ from db.rows import AuditRow, CatalogueRow, SessionRow
 from db.set_apart import fault_in_row
 from db.store import Store
 from service.errors import InvalidInput
+from service.messages import Message, Quantity, render
 from service.model.history import Finding, HistoryEntry, Verdict
 from service.runtime.context import AppContext, require
 
@@ -34,10 +35,7 @@ def find(
     """Changes, newest first: all, of one kind of thing, of one thing, by one actor. Raises InvalidInput."""
     if kind is not None and kind not in KINDS:
         raise InvalidInput(
-            f"there is no history of {kind!r}",
-            field="kind",
-            value=kind,
-            advice=f"use one of {', '.join(sorted(KINDS))}",
+            Message("invalid_input.history_kind", kind=kind, kinds=sorted(KINDS)), field="kind", value=kind
         )
     with work.read() as store:
         return tuple(_entry(row) for row in store.history(limit, offset, kind=kind, key=key, actor=actor))
@@ -53,7 +51,7 @@ def verify(work: AppContext, head: str | None = None) -> Verdict:
         walk = store.walk()
         findings = [*walk.findings(), *_balances(store)]
         if wanted is not None and not store.is_on_chain(*wanted):
-            said = f"entry {head} is not on the chain: its end was cut off or rewritten"
+            said = render(Message("head_missing", head=head))
             findings.append(Finding(code="head_missing", detail=said, session_id=None))
     return Verdict(
         entries=walk.count, sessions=len(walk.sealed), head=f"{walk.number}:{walk.hash}", findings=tuple(findings)
@@ -65,21 +63,20 @@ def _balances(store: Store) -> Iterator[Finding]:
         box = store.get(CatalogueRow, catalogue_id)
         readable = box is not None and fault_in_row(box) is None
         known = box.items[item].mass_g if box is not None and readable and item < len(box.items) else None
-        name = f"the box {box.name!r}" if box is not None else f"the box {catalogue_id}, which is not stored,"
-        piece = f"{known:g} g" if known is not None else f"item {item}"
-        said = f"{name} has {balance} of {piece}, its movements come to {summed}"
-        yield Finding(code="balance", detail=said, session_id=None)
+        message = Message(
+            "balance" if box is not None else "balance.box_missing",
+            box=box.name if box is not None else catalogue_id,
+            piece=f"item {item}" if known is None else Quantity(known, "g"),
+            balance=balance,
+            summed=summed,
+        )
+        yield Finding(code="balance", detail=render(message), session_id=None)
 
 
 def _parsed(head: str) -> tuple[int, str]:
     number, _, digest = head.partition(":")
     if not number.isdecimal() or len(digest) != len(BEGIN):
-        raise InvalidInput(
-            f"{head!r} is no entry of the chain",
-            field="head",
-            value=head,
-            advice="give NUMBER:HASH as an earlier `drumtrue verify` printed it",
-        )
+        raise InvalidInput(Message("invalid_input.chain_head", head=head), field="head", value=head)
     return int(number), digest
 
 

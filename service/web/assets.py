@@ -9,6 +9,7 @@ from pathlib import Path
 from fastapi import APIRouter, Request, Response
 
 from service.errors import NotFound
+from service.messages import Message
 
 FOLDER = Path(__file__).parent / "static"
 KINDS = {
@@ -49,7 +50,7 @@ def get_static(request: Request, version: str, name: str) -> Response:
     """A file; under an earlier digest the present one, which is then not kept."""
     contents = files().get(name)
     if contents is None:
-        raise NotFound(f"there is no file {name!r}", field="name", value=name, advice="load the page again")
+        raise NotFound(Message("not_found.file", name=name), field="name", value=name)
     tag = f'"{digest()}"'
     headers = {"cache-control": FOR_GOOD if version == digest() else "no-cache", "etag": tag}
     if request.headers.get("if-none-match") == tag:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,7 +23,9 @@ class Made:
 def made_in(source: str, place: str) -> Iterator[Made]:
     """Every message of a source text, both of a conditional key."""
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in MAKERS and node.args:
+        if isinstance(node, ast.Call) and _is(node.func, {"partial"}) and node.args and _is(node.args[0], MAKERS):
+            yield from (Made(key, None, f"{place}:{node.lineno}") for key in _keys(node.args[1]))
+        elif isinstance(node, ast.Call) and _is(node.func, MAKERS) and node.args:
             names = [keyword.arg for keyword in node.keywords]
             known = None if None in names else frozenset(name for name in names if name is not None)
             for key in _keys(node.args[0]):
@@ -34,6 +36,10 @@ def all_made() -> list[Made]:
     """Every message of the product."""
     files = sorted(path for room in ("service", "db") for path in (ROOT / room).rglob("*.py"))
     return [one for path in files for one in made_in(path.read_text(encoding="utf-8"), str(path.relative_to(ROOT)))]
+
+
+def _is(node: ast.expr, names: Collection[str]) -> bool:
+    return isinstance(node, ast.Name) and node.id in names
 
 
 def _keys(node: ast.expr) -> Iterator[str]:

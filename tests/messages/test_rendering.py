@@ -100,8 +100,7 @@ def test_an_error_takes_its_code_text_and_advice_from_its_message() -> None:
     assert str(error) == error.message == render(mass_message("left"))
     assert error.advice == "use a, b or c; none"
     assert NumericsError(Message("numerics.some_variant")).code == "numerics"
-    plain = InvalidInput("a sentence", advice="do it")
-    assert (plain.data, plain.message, plain.code, plain.advice) == (None, "a sentence", "invalid_input", "do it")
+    assert InvalidInput(mass_message("left"), code="another").code == "another"
 
 
 def test_numbers_of_numpy_are_kept_as_plain_ones() -> None:

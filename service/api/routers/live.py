@@ -13,6 +13,7 @@ from starlette.concurrency import run_in_threadpool
 from service.api.dependencies import Key, WorkDep, errors
 from service.api.strict_json import StrictRoute
 from service.errors import Unavailable
+from service.messages import Message
 from service.model.base import write_json
 from service.runtime.change_feed import news
 from service.runtime.context import AppContext
@@ -74,11 +75,7 @@ async def follow(
     topics = await run_in_threadpool(live.topics, work, session_id)
     state = request.app.state
     if getattr(state, "streams", 0) >= MAX_STREAMS:
-        raise Unavailable(
-            f"{MAX_STREAMS} live streams are open, no more are served",
-            code="too_many_streams",
-            advice="close a page that shows the session, or ask GET /sessions/{id}/now from time to time",
-        )
+        raise Unavailable(Message("too_many_streams.live", most=MAX_STREAMS))
     stream = _stream(request, work, topics, events)
     return StreamingResponse(
         stream, media_type="text/event-stream", headers={"cache-control": "no-store", "x-accel-buffering": "no"}

@@ -12,6 +12,7 @@ from typing import Any
 import httpx2
 
 from service.errors import Unavailable
+from service.messages import Message
 
 POSITIONS = [20.0 * n for n in range(1, 19)]
 MACHINE = {
@@ -58,7 +59,7 @@ def _address(served: subprocess.Popen[str]) -> str:
     line = served.stdout.readline() if served.stdout else ""
     found = [word for word in line.split() if word.startswith("http://")]
     if not found:
-        raise Unavailable(f"the service did not start: {line!r}", advice="run `drumtrue serve` and see what it says")
+        raise Unavailable(Message("unavailable.not_started", line=line))
     return found[0]
 
 

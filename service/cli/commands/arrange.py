@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from pydantic import ValidationError
 
+from service.messages import Message
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -73,20 +75,15 @@ def _request(file: Path) -> tuple[ArrangementRequest, ArrangementContext]:
         first = wrong.errors(include_url=False, include_input=False)[0]
         field = ".".join(str(part) for part in first["loc"])
         raise InvalidInput(
-            f"{file.name} is no request for an arrangement: {field or 'the file'}: {first['msg']}",
-            code="not_a_request",
-            field=field,
-            advice="state it as POST /api/v1/arrangements takes it, see docs/arrangement.md",
+            Message("not_a_request", file=file.name, field=field or "the file", rule=first["msg"]), field=field
         ) from None
     stored = ("machine_id", "session_id", "correction_id", "set", "catalogue_id")
     named = next((name for name in stored if getattr(request, name) is not None), None)
     if named is not None or request.places is None:
         raise InvalidInput(
-            f"{named or 'places'} cannot be looked up without a server",
-            code="needs_a_server",
+            Message("needs_a_server", field=named or "places"),
             field=named or "places",
             value=None if named is None else getattr(request, named),
-            advice="state places, planes_axial_mm and the offset in the file, or ask a server",
         )
     return request, ArrangementContext(request.places)
 

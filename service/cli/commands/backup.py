@@ -16,6 +16,7 @@ from db.database import lacks_room
 from service import bootstrap
 from service.cli.support.files import counted, writing
 from service.errors import Conflict, InvalidInput, StorageFull
+from service.messages import Message
 from service.settings import Settings
 
 
@@ -31,12 +32,7 @@ def back_up_to(path: Path, database_url: str | None) -> None:
             rows = backup.back_up(database, path)
     except backup.Damaged as wrong:
         raise Conflict(
-            f"the database {settings.shown} is damaged: {wrong}",
-            code="database_damaged",
-            field="database_url",
-            value=str(wrong),
-            advice="no backup was written: keep the earlier ones, restore the last of them into a new database, and "
-            "have the disk looked at",
+            Message("database_damaged", database=settings.shown, reason=wrong), field="database_url", value=str(wrong)
         ) from wrong
     finally:
         database.close()
@@ -55,25 +51,14 @@ def restore_from(path: Path, database_url: str | None) -> None:
             # Opened, and made, only for a file that is a backup.
             rows = backup.restore(path, lambda: bootstrap.open_database(settings))
     except backup.NotEmpty as holds:
-        raise Conflict(
-            f"the database holds rows already (table {holds})",
-            code="database_not_empty",
-            field="database_url",
-            value=str(holds),
-            advice="restore into a new file or an empty PostgreSQL database (after `drumtrue migrate`), then point "
-            "the service there",
-        ) from holds
+        raise Conflict(Message("database_not_empty", table=holds), field="database_url", value=str(holds)) from holds
     except backup.TooNew as newer:
-        advice = "nothing was stored; a newer Drumtrue wrote the backup: restore it with that version"
-        raise bootstrap.schema_unknown(str(newer), "backup", "FILE", advice) from newer
+        raise Conflict(Message("schema_out_of_date.backup", revision=newer), field="FILE", value=str(newer)) from newer
     except (backup.NotABackup, sqlite3.Error, DatabaseError) as wrong:
         # The engine's own words: around them SQLAlchemy sets the statement, and a link to its pages.
         reason = wrong.orig if isinstance(wrong, DatabaseError) else wrong
         raise InvalidInput(
-            f"{path} is no backup that can be read: {reason}",
-            field="FILE",
-            value=str(path),
-            advice="nothing was stored; give a file that `drumtrue backup` wrote",
+            Message("invalid_input.backup_unreadable", path=path, reason=reason), field="FILE", value=str(path)
         ) from wrong
     print(f"restored {_in_words(rows)}")
 
@@ -93,11 +78,15 @@ def _room(path: Path, settings: Settings) -> Iterator[None]:
             backup.remove(file)
         reason = wrong.__cause__ if isinstance(wrong, StorageFull) else wrong
         raise StorageFull(
-            f"there is no room to restore {path} into {settings.shown}: {getattr(reason, 'orig', reason)}",
+            Message(
+                "storage_full.restore",
+                path=path,
+                database=settings.shown,
+                reason=getattr(reason, "orig", reason),
+                folder=tempfile.gettempdir(),
+            ),
             field="database_url",
             value=settings.shown,
-            advice="nothing was stored; make room on the database's disk, and for a copy of the backup in "
-            f"{tempfile.gettempdir()}, then restore again",
         ) from wrong
 
 

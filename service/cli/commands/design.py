@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from service.messages import Message
+
 if TYPE_CHECKING:
     from service.design.optimising import Outcome
     from service.design.study import LimitCheck, Simulation
@@ -34,11 +36,7 @@ def document_of(file: str) -> dict[str, Any]:
         return read_document(Path(file).read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as wrong:
         raise InvalidInput(
-            f"FILE must be a readable design file or one of {', '.join(presets())}, got {file!r}: {wrong}",
-            code="design_file_unreadable",
-            field="FILE",
-            value=file,
-            advice="see `drumtrue design list`",
+            Message("design_file_unreadable", presets=presets(), file=file, reason=wrong), field="FILE", value=file
         ) from wrong
 
 

@@ -22,6 +22,7 @@ from service.cli.support.problem_protocol import ProblemProtocol
 from service.cli.support.retention import rolling_up
 from service.early_app import EarlyApp
 from service.errors import Conflict
+from service.messages import Message
 from service.runtime.context import AppContext
 from service.settings import Settings
 from service.usecases.access import tokens
@@ -91,14 +92,7 @@ def _heard(work: AppContext, ear: CanListener | None) -> AbstractContextManager[
 def _require_tokens(work: AppContext, settings: Settings, address: str) -> None:
     """Raise Conflict where strangers could reach a service that asks nobody for a token."""
     if not settings.loopback and not tokens.needed(work):
-        raise Conflict(
-            f"{address} can be reached from other machines, and no token was created",
-            code="token_missing",
-            field="host",
-            value=address,
-            advice="run `drumtrue token create NAME --scope technician` with the same database address, then start "
-            "again; or listen on 127.0.0.1",
-        )
+        raise Conflict(Message("token_missing.listening", address=address), field="host", value=address)
 
 
 def _end(_number: int, _frame: object) -> None:
@@ -155,21 +149,8 @@ def _cannot_listen(host: str, port: int, error: OSError | UnicodeError) -> Confl
     reason = error.strerror or error if isinstance(error, OSError) else error
     number = error.errno if isinstance(error, OSError) and not isinstance(error, socket.gaierror) else None
     if number in (errno.EADDRINUSE, errno.EACCES):
-        return Conflict(
-            f"cannot listen on {host}:{port}: {reason}",
-            code="address_taken",
-            field="port",
-            value=port,
-            advice="choose another --port (0 takes a free one; those below 1024 may need root), or stop the program "
-            "that has it",
-        )
-    return Conflict(
-        f"cannot listen on {host}: {reason}",
-        code="address_unknown",
-        field="host",
-        value=host,
-        advice="state an address of this machine, such as 127.0.0.1, or 0.0.0.0 for all of them",
-    )
+        return Conflict(Message("address_taken", host=host, port=str(port), reason=reason), field="port", value=port)
+    return Conflict(Message("address_unknown", host=host, reason=reason), field="host", value=host)
 
 
 @contextmanager

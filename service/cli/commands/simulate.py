@@ -20,6 +20,7 @@ from service.cli.support.client import Client
 from service.cli.support.demo_machine import catalogue_of, machine_of
 from service.cli.support.sources import Simulation
 from service.errors import InvalidInput
+from service.messages import Message
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,5 @@ def _control_address(text: str) -> tuple[str, int] | None:
         return None
     host, _, port = text.rpartition(":")
     if not host or not port.isdigit() or int(port) > 65535:
-        raise InvalidInput(
-            f"{text!r} is no address", field="control", value=text, advice="state HOST:PORT, such as 127.0.0.1:8100"
-        )
+        raise InvalidInput(Message("invalid_input.control_address", text=text), field="control", value=text)
     return host, int(port)

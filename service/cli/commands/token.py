@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.errors import InvalidInput
+from service.messages import Message
 
 if TYPE_CHECKING:
     from service.runtime.context import AppContext
@@ -90,9 +91,7 @@ def expiry(text: str, now: datetime) -> datetime | None:
     try:
         stated = datetime.fromisoformat(text)
     except ValueError:
-        raise InvalidInput(
-            f"{text!r} is no time", field="expires", value=text, advice="state 90d, 12h, or a time such as 2027-01-31"
-        ) from None
+        raise InvalidInput(Message("invalid_input.expires", text=text), field="expires", value=text) from None
     return stated if stated.tzinfo else stated.replace(tzinfo=UTC)
 
 

@@ -10,6 +10,7 @@ from service import bootstrap
 from service.cli.support.files import counted, writing
 from service.cli.support.log_files import documents
 from service.errors import Conflict, InvalidInput
+from service.messages import Message
 from service.model.base import write_json
 from service.model.session import SessionLog
 from service.runtime.context import AppContext
@@ -93,7 +94,5 @@ def _logs(path: Path) -> Iterator[SessionLog]:
         try:
             yield log_import.read_whole_log(text)
         except InvalidInput as wrong:
-            said = f"{path}, line {number}: {wrong.message}"
-            raise InvalidInput(
-                said, code=wrong.code, field=wrong.field, value=wrong.value, advice=wrong.advice
-            ) from None
+            message = Message("invalid_log.at_line", path=path, line=number, cause=wrong.data)
+            raise InvalidInput(message, code=wrong.code, field=wrong.field, value=wrong.value) from None

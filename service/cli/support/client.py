@@ -7,6 +7,7 @@ from typing import Any
 import httpx2
 
 from service.errors import DrumtrueError
+from service.messages import Message
 
 TIMEOUT_S = 150.0
 """Longer than the longest time limit of a plan."""
@@ -51,7 +52,7 @@ class Client:
                 if stored["name"] == body["name"]:
                     return stored
             offset += len(page)
-        raise Refused(f"{path}: {body['name']!r} is taken, but not listed", advice="try again")
+        raise Refused(Message("refused.not_listed", path=path, name=body["name"]))
 
     def close(self) -> None:
         """Let go of the connection."""
@@ -61,11 +62,7 @@ class Client:
         try:
             answer = self._http.request(method, path, json=body)
         except httpx2.HTTPError as error:
-            raise Refused(
-                f"no answer from {self.url}: {error}",
-                code="no_answer",
-                advice="start the service (`drumtrue serve`) or check its address",
-            ) from error
+            raise Refused(Message("no_answer", url=self.url, reason=error)) from error
         if answer.is_success:
             return answer.json()
         try:
@@ -73,8 +70,13 @@ class Client:
         except ValueError:
             problem = {}
         raise Refused(
-            f"{method} {path}: {problem.get('detail', answer.text[:200])}",
+            Message(
+                "refused.by_service" if problem.get("advice") else "refused",
+                method=method,
+                path=path,
+                detail=problem.get("detail", answer.text[:200]),
+                advice=problem.get("advice"),
+            ),
             code=problem.get("code", str(answer.status_code)),
             field=problem.get("field"),
-            advice=problem.get("advice"),
         )

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from service.errors import Conflict, InvalidInput
+from service.messages import Message
 
 
 @contextmanager
@@ -21,19 +22,10 @@ def writing(path: Path, noun: str) -> Iterator[None]:
             raise FileExistsError(path)
         yield
     except FileExistsError as there:
-        raise Conflict(
-            f"{path} is there already",
-            code="file_exists",
-            field="FILE",
-            value=str(path),
-            advice=f"name another file: this command replaces no {noun}",
-        ) from there
+        raise Conflict(Message("file_exists", path=path, noun=noun), field="FILE", value=str(path)) from there
     except (OSError, sqlite3.Error) as wrong:
         raise InvalidInput(
-            f"cannot write {path}: {wrong}",
-            field="FILE",
-            value=str(path),
-            advice="name a file in a folder that can be written and has room",
+            Message("invalid_input.file_not_written", path=path, reason=wrong), field="FILE", value=str(path)
         ) from wrong
 
 

@@ -13,6 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from service.errors import Conflict, InvalidInput
+from service.messages import Message
 
 MIN_KEY_BYTES = 32
 
@@ -33,11 +34,7 @@ class Heads:
                 signature, self._signed(before, line.rsplit(" ", 1)[0])
             ):
                 raise Conflict(
-                    f"line {number} of {self.path} is not signed with this key",
-                    code="head_forged",
-                    field="--head-to",
-                    value=line[:100],
-                    advice="somebody else wrote this line, or the key is another: compare with a copy of the file",
+                    Message("head_forged", number=number, path=self.path), field="--head-to", value=line[:100]
                 )
             before = line
         return head
@@ -53,10 +50,9 @@ class Heads:
                 out.write(line + "\n")
         except OSError as wrong:
             raise InvalidInput(
-                f"{self.path} cannot be written: {wrong.strerror}",
+                Message("invalid_input.heads_not_written", path=self.path, reason=wrong.strerror),
                 field="--head-to",
                 value=str(self.path),
-                advice="name a file that can be written, best on another machine",
             ) from wrong
 
     def _lines(self) -> list[str]:
@@ -66,10 +62,9 @@ class Heads:
             return []
         except (OSError, UnicodeError) as wrong:
             raise InvalidInput(
-                f"{self.path} cannot be read as a file of heads: {wrong}",
+                Message("invalid_input.heads_unreadable", path=self.path, reason=wrong),
                 field="--head-to",
                 value=str(self.path),
-                advice="name a file that `drumtrue verify --head-to` wrote, or a new one",
             ) from wrong
 
     def _signed(self, before: str, line: str) -> str:
@@ -83,9 +78,6 @@ def key_from(path: Path | None) -> bytes | None:
     key = path.read_bytes().strip()
     if len(key) < MIN_KEY_BYTES:
         raise InvalidInput(
-            f"the key has {len(key)} bytes, at least {MIN_KEY_BYTES} are needed",
-            field="--head-key",
-            value=len(key),
-            advice="make one: `openssl rand -hex 32 > FILE`, and keep it off the database's machine",
+            Message("invalid_input.head_key", size=len(key), least=MIN_KEY_BYTES), field="--head-key", value=len(key)
         )
     return key

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from service.cli.support.files import counted
 from service.engine.logs.replay import read_log
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.session import SessionLog
 
 MAX_BYTES = 50_000_000
@@ -50,16 +50,14 @@ def one_log(path: Path, session: str | None) -> SessionLog:
         return read_log(chosen)
     if not listed:
         return read_log(b"")
-    held = f"{path} holds {counted(len(listed), 'session')}" + (
-        "" if session is None else f", none of them {session!r}"
-    )
-    more = [f"and {len(listed) - MAX_LISTED} more"] if len(listed) > MAX_LISTED else []
+    more = [f"(+ {len(listed) - MAX_LISTED})"] if len(listed) > MAX_LISTED else []
+    names = "".join(f"\n  {one}" for one in [*listed[:MAX_LISTED], *more])
     raise InvalidInput(
-        "\n  ".join([f"{held}:", *listed[:MAX_LISTED], *more]),
-        code="invalid_log",
+        Message("invalid_log.several", path=path, count=len(listed), names=names)
+        if session is None
+        else Message("invalid_log.not_among", path=path, count=len(listed), session=session, names=names),
         field="session",
         value=session,
-        advice="name one of them: --session ID",
     )
 
 
@@ -77,12 +75,7 @@ def _told(text: bytes) -> tuple[str, str, str]:
 
 def _bounded(number: int, path: Path, text: bytes) -> bytes:
     if len(text) > MAX_BYTES:
-        raise InvalidInput(
-            f"{path}, line {number}: longer than {MAX_BYTES} bytes",
-            code="invalid_log",
-            field="FILE",
-            advice="give a file that `drumtrue export` wrote: a session log a line",
-        )
+        raise InvalidInput(Message("invalid_log.line_too_long", path=path, line=number, most=MAX_BYTES), field="FILE")
     return text
 
 

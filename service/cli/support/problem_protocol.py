@@ -15,6 +15,7 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from service.api.problems import problem
 from service.cli.support.pending_connections import PendingConnections
+from service.messages import Message, Quantity
 
 HEAD_S = 10.0
 """How long the head of a request may take, from the connection or its first byte on."""
@@ -93,8 +94,7 @@ class ProblemProtocol(HttpToolsProtocol):
     def send_400_response(self, msg: str) -> None:
         """Answer and hang up: where the next request would begin cannot be known. msg: the server's words."""
         if not self._refused:
-            advice = "send HTTP/1.1; content-length is a number of bytes"
-            self._refuse(400, "bad_request", msg.rstrip(".").lower(), advice)
+            self._refuse(400, Message("bad_request", reason=msg.rstrip(".").lower()))
 
     def _await_head(self) -> None:
         self.pending.add(self, self._address)
@@ -112,26 +112,19 @@ class ProblemProtocol(HttpToolsProtocol):
         if not self._head_bytes:
             self.give_up()
             return
-        self._refuse(
-            408,
-            "request_timeout",
-            f"no whole request came within {HEAD_S:g} s",
-            "send the request again, its head at once",
-        )
+        self._refuse(408, Message("request_timeout.head", patience=Quantity(HEAD_S, "s")))
 
     def _refuse_head(self) -> None:
         if not self.headers and b" " not in self.url and len(self.url) * 2 > self._head_bytes:
-            advice = "send what is long in the body of a request"
-            self._refuse(414, "target_too_long", "the address is too long", advice)
+            self._refuse(414, Message("target_too_long.head"))
             return
-        detail = f"the head of a request has at most {MAX_HEAD_BYTES} bytes and {MAX_HEADERS} headers"
-        self._refuse(431, "head_too_long", detail, "send fewer and shorter headers")
+        self._refuse(431, Message("head_too_long", bytes=MAX_HEAD_BYTES, headers=MAX_HEADERS))
 
-    def _refuse(self, status: int, code: str, detail: str, advice: str) -> None:
+    def _refuse(self, status: int, message: Message) -> None:
         """Answer with a problem and hang up."""
         self._refused = True
         self._head_is_over()
-        answer = problem(status, code, detail, advice=advice)
+        answer = problem(status, message)
         head = [(b"connection", b"close"), *self.server_state.default_headers, *answer.raw_headers]
         reason = f"HTTP/1.1 {status} {HTTPStatus(status).phrase}".encode()
         lines = [reason, *(name + b": " + value for name, value in head), b""]

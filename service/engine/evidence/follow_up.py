@@ -10,7 +10,8 @@ from service.balancing.influence.saved import SavedInfluence as Arrays
 from service.balancing.rotor.phasors import phasor
 from service.engine import mapping
 from service.engine.mapping import Channel
-from service.model.diagnostic import Diagnostic
+from service.messages import Message
+from service.model.diagnostic import Diagnostic, diagnostic
 from service.model.machine import Machine
 from service.model.plan import Plan
 from service.model.run import Run, RunOut
@@ -62,24 +63,9 @@ def outdated_sensors(
 
 def coefficients_outdated(sensors: Sequence[str], *, replaced: bool) -> Diagnostic:
     """Saved coefficients that the session's own runs contradict; replaced: a fit of these runs took their place."""
-    names = ", ".join(sensors)
     if replaced:
-        return Diagnostic(
-            code="coefficients_replaced",
-            severity="warning",
-            message=f"the saved coefficients do not hold any more at {names}: a fit of this session's runs is used",
-            advice="Save what this session teaches, and find out what changed on the machine.",
-            sensors=tuple(sensors),
-            parameters={"sensors": names},
-        )
-    return Diagnostic(
-        code="coefficients_outdated",
-        severity="error",
-        message=f"the saved coefficients do not hold any more at {names}",
-        advice="Take a trial run in each plane and ask for a correction of source fit.",
-        sensors=tuple(sensors),
-        parameters={"sensors": names},
-    )
+        return diagnostic(Message("coefficients_replaced", sensors=sensors), "warning", sensors=tuple(sensors))
+    return diagnostic(Message("coefficients_outdated", sensors=sensors), "error", sensors=tuple(sensors))
 
 
 def _missed(
@@ -103,23 +89,8 @@ def _missed(
         return None
     worst = max(shares.values())
     saved = source == "saved_influence"
-    return Diagnostic(
-        code="coefficients_outdated" if saved else "prediction_missed",
-        severity="error" if saved or worst > MISSED_GRAVELY else "warning",
-        message=(
-            f"the check run misses what the saved coefficients predicted by {worst:.0%} of the amplitude as found: "
-            "they do not hold for this machine as it stands now"
-            if saved
-            else f"the check run misses its prediction by {worst:.0%} of the amplitude as found"
-        ),
-        advice=(
-            "Take a trial run in each plane and ask for a correction of source fit."
-            if saved
-            else "Check the pieces, and the masses, angles and readings typed for every run before it."
-        ),
-        sensors=tuple(shares),
-        parameters={"share": worst},
-    )
+    message = Message("coefficients_outdated.by_check" if saved else "prediction_missed.by_check", share=worst)
+    return diagnostic(message, "error" if saved or worst > MISSED_GRAVELY else "warning", sensors=tuple(shares))
 
 
 def _worse(machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], check: Run) -> Diagnostic | None:
@@ -139,12 +110,6 @@ def _worse(machine: Machine, runs: Sequence[Run], run_out: Sequence[RunOut], che
     ratio = float(np.sqrt(np.mean([(after[name] / before[name]) ** 2 for name in shared])))
     if ratio <= WORSE:
         return None
-    return Diagnostic(
-        code="round_worse",
-        severity="error",
-        message=f"this round made the vibration {ratio:.2f} times what it was before it",
-        advice="Stop here: take the masses of this round off again, check that pieces and angles are as stated, then "
-        "take a trial run in each plane and correct by source fit.",
-        runs=(earlier[-1].number, check.number),
-        parameters={"ratio": ratio, "before": earlier[-1].number, "after": check.number},
-    )
+    numbers = (earlier[-1].number, check.number)
+    message = Message("round_worse", ratio=ratio, before=numbers[0], after=numbers[1])
+    return diagnostic(message, "error", runs=numbers)

@@ -16,6 +16,7 @@ from service.engine.logs.rules import checked, not_a_log
 from service.engine.plan_solver import refitted, solve_plan
 from service.engine.selection_problem import PlanContext, PlanProblem, pose
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.base import document, read_json
 from service.model.correction import Correction, CorrectionRequest
 from service.model.machine import CatalogueItem
@@ -116,10 +117,7 @@ def _ground(log: SessionLog, corrections: tuple[Correction, ...], given: Plan | 
     items = _items(log, given.inputs)
     if correction is None or items is None:
         raise InvalidInput(
-            f"plan {given.number} needs a correction and a catalogue that the log does not hold",
-            field="plans",
-            value=given.request.correction_id,
-            advice="write the log again with `GET /sessions/{id}/log`",
+            Message("invalid_input.log_plan", number=given.number), field="plans", value=given.request.correction_id
         )
     return PlanContext(
         machine=log.machine,

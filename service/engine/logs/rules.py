@@ -19,13 +19,14 @@ from service.engine.validation import (
     sensor_index,
 )
 from service.errors import InvalidInput
+from service.messages import Message, Word
 from service.model.base import YEARS
 from service.model.session import SessionLog, SessionRecord
 
 KEY = re.compile(r"[0-9A-Za-z_.-]{1,32}")
 """As long as the columns that hold identifiers."""
-_CLOSED = "stated of a closed session, and of no other"
-_BOXES = "one of the boxes that the log holds"
+_CLOSED = Message("log_rule.closed")
+_BOXES = Message("log_rule.box")
 
 
 def checked(log: SessionLog) -> SessionLog:
@@ -51,37 +52,22 @@ def not_a_log(wrong: ValueError | RecursionError) -> InvalidInput:
         first = wrong.errors(include_url=False, include_context=False)[0]
         field = ".".join(str(part) for part in first["loc"])
         return InvalidInput(
-            f"{field or 'the log'}: {first['msg']}",
-            code="invalid_log",
+            Message("invalid_log.document", field=field or Word("the_log"), rule=first["msg"]),
             field=field,
             value=first.get("input") if not isinstance(first.get("input"), dict | list) else None,
-            advice="see docs/reference/log.md for the fields of a session log",
         )
-    return InvalidInput(
-        f"the file is no JSON: {wrong}",
-        code="invalid_log",
-        advice="give the document that `GET /sessions/{id}/log` answers",
-    )
+    return InvalidInput(Message("invalid_log.json", reason=wrong))
 
 
 def checked_record(log: SessionLog) -> SessionLog:
     """The log, once it is whole enough to be stored and its parts fit together. Raises InvalidInput."""
     record = log.record
     if record is None:
-        raise InvalidInput(
-            "the log has no record: it can be solved, but not stored",
-            code="invalid_log",
-            field="record",
-            advice="export the session again, with this version of Drumtrue",
-        )
+        raise InvalidInput(Message("invalid_log.record_missing"), field="record")
     if log.unreadable:
         part = log.unreadable[0]
         raise InvalidInput(
-            f"{part.kind} {part.number} of the session could not be read where the log was written",
-            code="log_incomplete",
-            field="unreadable",
-            value=part.id,
-            advice="run `drumtrue repair` there and export the session again; this log can be solved, but not stored",
+            Message("log_incomplete", kind=Word(part.kind), number=part.number), field="unreadable", value=part.id
         )
     _require_keys(log, record)
     for name in ("runs", "corrections", "plans"):
@@ -89,7 +75,7 @@ def checked_record(log: SessionLog) -> SessionLog:
     _require_numbers("record.stops", [stop.number for stop in record.stops])
     for field, moment in _moments(log, record):
         dated = moment is None or (moment.tzinfo is not None and moment.year in YEARS)
-        _require(dated, field, moment, "a time with its zone")
+        _require(dated, field, moment, Message("log_rule.zoned"))
     closed = record.closed_at
     _require((record.state == "closed") == (closed is not None), "record.closed_at", closed, _CLOSED)
     _require_plans(log, record)
@@ -106,9 +92,9 @@ def _require_keys(log: SessionLog, record: SessionRecord) -> None:
         "earlier_boxes": [box.catalogue_id for box in log.earlier_boxes],
     }
     for field, ids in keys.items():
-        require_unique(field, ids, "export the session again")
+        require_unique(field, ids)
         for key in ids:
-            _require(KEY.fullmatch(key) is not None, field, key, "an identifier: 1 to 32 letters, digits, - _ .")
+            _require(KEY.fullmatch(key) is not None, field, key, Message("log_rule.identifier"))
 
 
 def _require_plans(log: SessionLog, record: SessionRecord) -> None:
@@ -120,18 +106,22 @@ def _require_plans(log: SessionLog, record: SessionRecord) -> None:
             plane_index(log.machine, mass.plane, f"corrections[{index}].corrections")
     for index, plan in enumerate(log.plans):
         where = f"plans[{index}]"
-        _require(plan.session_id == log.session_id, f"{where}.session_id", plan.session_id, "that of the session")
-        _require(plan.correction_id in corrections, f"{where}.correction_id", plan.correction_id, "one of the log's")
+        _require(
+            plan.session_id == log.session_id, f"{where}.session_id", plan.session_id, Message("log_rule.of_session")
+        )
+        _require(
+            plan.correction_id in corrections, f"{where}.correction_id", plan.correction_id, Message("log_rule.of_log")
+        )
         _require(plan.inputs.catalogue_id in boxes, f"{where}.inputs.catalogue_id", plan.inputs.catalogue_id, _BOXES)
         for piece in (*plan.placements, *plan.taken_off, *(plan.fitted or ())):
             plane_index(log.machine, piece.plane, f"{where}.placements")
     fitted = [plan.id for plan in log.plans if plan.state == "fitted" and plan.fitted is not None]
     stated = [] if record.fitted_plan_id is None else [record.fitted_plan_id]
-    _require(fitted == stated, "record.fitted_plan_id", record.fitted_plan_id, "the one plan whose state is fitted")
+    _require(fitted == stated, "record.fitted_plan_id", record.fitted_plan_id, Message("log_rule.fitted_plan"))
 
 
 def _require_numbers(field: str, numbers: Sequence[int]) -> None:
-    _require(list(numbers) == list(range(1, len(numbers) + 1)), field, list(numbers)[:20], "numbered 1, 2, 3 ...")
+    _require(list(numbers) == list(range(1, len(numbers) + 1)), field, list(numbers)[:20], Message("log_rule.numbered"))
 
 
 def _moments(log: SessionLog, record: SessionRecord) -> Iterator[tuple[str, datetime | None]]:
@@ -146,13 +136,9 @@ def _moments(log: SessionLog, record: SessionRecord) -> Iterator[tuple[str, date
             yield f"record.stops[{index}].{name}", getattr(stop, name)
 
 
-def _require(true: bool, field: str, value: object, rule: str) -> None:
+def _require(true: bool, field: str, value: object, rule: Message) -> None:
     if not true:
         shown = value.isoformat() if isinstance(value, datetime) else value
         raise InvalidInput(
-            f"{field} is {shown!r}; it must be {rule}",
-            code="invalid_log",
-            field=field,
-            value=shown,
-            advice="export the session again; a log is not to be edited",
+            Message("invalid_log.rule", field=field, value=repr(shown), rule=rule), field=field, value=shown
         )

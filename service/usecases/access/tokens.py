@@ -21,6 +21,7 @@ from pydantic import ValidationError
 
 from db.rows import TokenRow
 from service.errors import Conflict, InvalidInput, NotFound, Unauthorized
+from service.messages import Message
 from service.model.access import SCOPES, Scope, Token
 from service.model.base import Name, adapter
 from service.runtime.context import AppContext
@@ -69,13 +70,7 @@ def create(
 
 
 def _name_taken(name: str) -> Conflict:
-    return Conflict(
-        f"there is, or was, a token named {name!r}",
-        code="name_taken",
-        field="name",
-        value=name,
-        advice="choose another name: history tells tokens apart by it, so it is used once",
-    )
+    return Conflict(Message("name_taken.token", name=name), field="name", value=name)
 
 
 def check(name: str, scopes: Collection[Scope], expires_at: datetime | None, now: datetime) -> str:
@@ -83,13 +78,13 @@ def check(name: str, scopes: Collection[Scope], expires_at: datetime | None, now
     name = _checked_name(name)
     for scope in scopes:
         if scope not in SCOPES:
-            raise InvalidInput(f"there is no scope {scope!r}", field="scope", value=scope, advice=_scopes_there_are())
+            raise InvalidInput(
+                Message("invalid_input.unknown_scope", scope=scope, scopes=SCOPES), field="scope", value=scope
+            )
     if not scopes:
-        raise InvalidInput("a token needs a scope", field="scope", advice=_scopes_there_are())
+        raise InvalidInput(Message("invalid_input.no_scope", scopes=SCOPES), field="scope")
     if expires_at is not None and expires_at <= now:
-        raise InvalidInput(
-            f"{expires_at.isoformat()} is over already", field="expires", advice="state a time that is to come"
-        )
+        raise InvalidInput(Message("invalid_input.expires_past", time=expires_at.isoformat()), field="expires")
     return name
 
 
@@ -104,12 +99,7 @@ def revoke(work: AppContext, name: str) -> Token:
     with work.write() as store:
         row = store.token_named(name) or store.get(TokenRow, name)
         if row is None:
-            raise NotFound(
-                f"there is no token {name!r}",
-                field="name",
-                value=name,
-                advice="see `drumtrue token list` for the names",
-            )
+            raise NotFound(Message("not_found.token", name=name), field="name", value=name)
         row.revoked_at = row.revoked_at or work.now()
         store.end_logins(token_id=row.id)
         return _view(row)
@@ -138,17 +128,9 @@ def bearer(work: AppContext, text: str) -> Principal:
 def principal_of(row: TokenRow, now: datetime) -> Principal:
     """The bearer of a token whose secret was right. Raises Unauthorized where it is revoked or over."""
     if row.revoked_at is not None:
-        raise Unauthorized(
-            f"the token {row.name!r} was revoked at {row.revoked_at.isoformat()}",
-            code="token_revoked",
-            advice="ask who runs the service for a new token (`drumtrue token create`)",
-        )
+        raise Unauthorized(Message("token_revoked", name=row.name, time=row.revoked_at.isoformat()))
     if row.expires_at is not None and row.expires_at <= now:
-        raise Unauthorized(
-            f"the token {row.name!r} ended at {row.expires_at.isoformat()}",
-            code="token_expired",
-            advice="ask who runs the service for a new token (`drumtrue token create`)",
-        )
+        raise Unauthorized(Message("token_expired", name=row.name, time=row.expires_at.isoformat()))
     return Principal(name=row.name, scopes=frozenset(row.scopes), token_id=row.id)
 
 
@@ -165,11 +147,7 @@ def digest_of(secret: str) -> str:
 
 def unknown() -> Unauthorized:
     """The error for what is no token of this service."""
-    return Unauthorized(
-        "the token is not one of this service",
-        code="token_unknown",
-        advice="send the token as it was shown: `authorization: Bearer dt_...`",
-    )
+    return Unauthorized(Message("token_unknown"))
 
 
 def _letters(count: int) -> str:
@@ -181,10 +159,9 @@ def _checked_name(name: str) -> str:
         checked: str = adapter(Name).validate_python(name)
     except ValidationError as wrong:
         raise InvalidInput(
-            f"{name[:100]!r} is no name: {wrong.errors()[0]['msg']}",
+            Message("invalid_input.token_name", name=name[:100], rule=wrong.errors()[0]["msg"]),
             field="name",
             value=name,
-            advice="1 to 100 signs, no control signs",
         ) from None
     return checked
 

@@ -55,11 +55,9 @@ def _require_valid_coefficients(correction: Correction) -> None:
     wrong = next((one for one in correction.diagnostics if one.code == "coefficients_outdated"), None)
     if wrong is not None:
         raise Conflict(
-            wrong.message,
-            code=wrong.code,
+            wrong.data or Message("coefficients_outdated", sensors=wrong.sensors),
             field="source",
             value=correction.request.source,
-            advice="take a trial run in each plane and ask for a correction of source fit",
         )
 
 

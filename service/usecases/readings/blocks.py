@@ -16,6 +16,7 @@ from drivers.signal.directions import compare
 from drivers.signal.edges import find_edges
 from service.engine.validation import sensor_index
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.findings import BearingDirections, Findings, NeighbourTone, OrderComponent
 from service.model.machine import Machine
 from service.runtime.context import AppContext
@@ -80,7 +81,7 @@ def _naming(field: str, value: object) -> Iterator[None]:
         yield
     except InvalidSetting as wrong:
         raise InvalidInput(
-            str(wrong), field=field, value=value, advice="correct the block and send it again"
+            Message("invalid_input.block_setting", reason=str(wrong)), field=field, value=value
         ) from wrong
 
 
@@ -125,9 +126,7 @@ def _findings(one: Measured, directions: BearingDirections | None) -> Findings:
 
 def _nothing(code: str, reason: str) -> InvalidInput:
     field = "edges_s" if code in ("too_short", "tacho", "speed", "pulses") else "channels"
-    return InvalidInput(
-        reason, code=f"signal_{code}", field=field, advice="put right what the message names, and measure again"
-    )
+    return InvalidInput(Message("signal_refused", reason=reason), code=f"signal_{code}", field=field)
 
 
 def _block(raw: RawBlock, machine: Machine) -> Block:
@@ -136,10 +135,7 @@ def _block(raw: RawBlock, machine: Machine) -> Block:
         lengths.add(len(raw.tachometer.samples))
     if len(lengths) > 1:
         raise InvalidInput(
-            f"channels of {', '.join(map(str, sorted(lengths)))} samples in one block",
-            field="channels",
-            value=sorted(lengths),
-            advice="send as many samples of each channel, and of the tachometer, taken together",
+            Message("invalid_input.block_lengths", lengths=sorted(lengths)), field="channels", value=sorted(lengths)
         )
     channels = tuple(_channel(one, index, machine) for index, one in enumerate(raw.channels))
     samples = np.stack([_array(one.samples) for one in raw.channels])
@@ -164,10 +160,8 @@ def _edges(raw: RawBlock) -> Floats:
     tachometer = raw.tachometer
     if (tachometer is None) == (raw.edges_s is None):
         raise InvalidInput(
-            "a block needs its key-phasor once: edges_s or tachometer, and "
-            f"{'neither was' if tachometer is None else 'both were'} given",
+            Message("invalid_input.block_without_phasor" if tachometer is None else "invalid_input.block_phasor_twice"),
             field="edges_s",
-            advice="send the times of the edges, or the signal they are to be found in",
         )
     if tachometer is None:
         edges = np.array(raw.edges_s, float)
@@ -188,10 +182,9 @@ def _require_increasing(edges: Floats) -> None:
     if len(back):
         index = int(back[0]) + 1
         raise InvalidInput(
-            f"edges_s[{index}] is {edges[index]:g}, not after {edges[index - 1]:g} before it",
+            Message("invalid_input.edges_order", index=index, time=float(edges[index]), before=float(edges[index - 1])),
             field=f"edges_s[{index}]",
             value=float(edges[index]),
-            advice="state the time of each edge once, in the order they came",
         )
 
 

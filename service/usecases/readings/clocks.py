@@ -15,7 +15,9 @@ from typing import Any
 
 from db.rows import ReadingRow, SourceClockRow
 from db.store import Store
+from service.messages import Message, Quantity, render
 from service.model.base import document
+from service.model.message import MessageData, message_data
 
 TOLERANCE_S = 2.0
 """A clock that is off by less is right; an offset that moves by less is steady."""
@@ -104,6 +106,8 @@ class ClockOfSource:
     """clock_unknown, clock_unsteady, clock_ahead, clock_behind or readings_set_apart; null: nothing to say."""
     message: str | None
     """What to know of it."""
+    message_data: MessageData | None = None
+    """The same as key and parameters, for other languages and units."""
 
 
 def of_row(row: SourceClockRow | None) -> SourceClock:
@@ -185,39 +189,33 @@ def of_sources(store: Store, sources: Iterable[str]) -> dict[str, SourceClock]:
 
 def shown(source: str, clock: SourceClock, now: datetime) -> ClockOfSource:
     """A clock as it is told to people."""
-    code, message = _told(source, clock, now)
+    message = _state_of(source, clock, now)
     return ClockOfSource(
         source=source,
         offset_s=clock.offset_s,
         stated=bool(clock.stated),
         steady=clock.steady(now),
         set_apart=clock.apart,
-        code=code,
-        message=message,
+        code=None if message is None else message.code,
+        message=None if message is None else render(message),
+        message_data=message_data(message),
     )
 
 
-def _told(source: str, clock: SourceClock, now: datetime) -> tuple[str | None, str | None]:
+def _state_of(source: str, clock: SourceClock, now: datetime) -> Message | None:
     since = float("inf") if clock.apart_at is None else (now - clock.apart_at).total_seconds()
     if clock.ahead_s is not None and (since <= SETTLING_S or clock.offset_s is None):
-        ahead = duration(clock.ahead_s)
-        return (
-            "readings_set_apart",
-            f"readings of source {source!r} are dated {ahead} ahead and set apart: set its clock",
-        )
+        return Message("readings_set_apart", source=source, ahead=duration(clock.ahead_s))
     if clock.offset_s is None:
-        return "clock_unknown", f"nothing is known of the clock of source {source!r} yet"
+        return Message("clock_unknown", source=source)
     off = duration(abs(clock.offset_s))
     if not clock.steady(now):
-        return (
-            "clock_unsteady",
-            f"the clock of source {source!r} is off by {off}: no run is taken until that is steady for 10 s",
-        )
+        return Message("clock_unsteady", source=source, off=off, settling=Quantity(SETTLING_S, "s"))
     if abs(clock.offset_s) <= TOLERANCE_S:
-        return None, None
+        return None
     if clock.offset_s > 0.0:
-        return "clock_behind", f"the clock of source {source!r} is {off} behind: its times are corrected by that"
-    return CLOCK_AHEAD, f"the clock of source {source!r} is {off} ahead: its times are corrected by that"
+        return Message("clock_behind", source=source, off=off)
+    return Message("clock_ahead", source=source, off=off)
 
 
 def duration(seconds: float) -> str:

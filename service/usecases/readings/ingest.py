@@ -17,6 +17,7 @@ from db.rows import BalancerAnswerRow, ReadingRow
 from db.store import Store
 from drivers.reading import NO_CLOCK, Reading
 from service.errors import InvalidInput, NotFound, TooLarge, Unavailable
+from service.messages import Message
 from service.model.base import YEARS, Moment, Name, Reason, document, to_plain
 from service.model.base import Sequence as Number
 from service.runtime.context import AppContext, again_after_deadlock
@@ -104,22 +105,11 @@ def withdraw(work: AppContext, request: Withdrawal) -> Withdrawn:
     """
     by_time = request.since is not None or request.until is not None
     if by_time == (request.sequences is not None):
-        raise InvalidInput(
-            "a withdrawal must state either sequences or times",
-            field="sequences",
-            value=None,
-            advice="state sequences:[...], or from and to",
-        )
+        raise InvalidInput(Message("invalid_input.withdrawal"), field="sequences", value=None)
     with work.write() as store:
         done, before = store.withdraw(request.source, request.sequences, request.since, request.until)
         if not done + before:
-            raise NotFound(
-                f"source {request.source!r} has no such reading",
-                code="nothing_to_withdraw",
-                field="source",
-                value=request.source,
-                advice="list the source's readings and take their numbers: GET /sources/{name}/readings",
-            )
+            raise NotFound(Message("nothing_to_withdraw", source=request.source), field="source", value=request.source)
         stated = to_plain(request)
         del stated["source"]
         told = {name: value for name, value in stated.items() if value is not None}
@@ -134,11 +124,7 @@ def _here(work: AppContext) -> Arrival:
 
 def _require_length(work: AppContext, readings: Sequence[Reading]) -> None:
     if len(readings) > work.max_readings:
-        raise TooLarge(
-            f"{len(readings)} readings in one request; {work.max_readings} are the most",
-            value=len(readings),
-            advice="send them in smaller batches",
-        )
+        raise TooLarge(Message("too_large.readings", count=len(readings), most=work.max_readings), value=len(readings))
 
 
 def _counted(work: AppContext, readings: Sequence[Reading], receipt: Receipt) -> Receipt:
@@ -278,17 +264,13 @@ def highest_sequence(work: AppContext, source: str) -> int:
 def _require_time(taken_at: datetime, index: int) -> None:
     if taken_at.tzinfo is None:
         raise InvalidInput(
-            "the time has no zone",
-            field=f"[{index}].taken_at",
-            value=taken_at.isoformat(),
-            advice="send the time as RFC 3339 with its zone, such as 2026-03-01T12:00:00Z",
+            Message("invalid_input.time_without_zone"), field=f"[{index}].taken_at", value=taken_at.isoformat()
         )
     if taken_at.year not in YEARS:
         raise InvalidInput(
-            f"the year {taken_at.year} is not within {YEARS.start} and {YEARS.stop - 1}",
+            Message("invalid_input.year", year=str(taken_at.year), first=str(YEARS.start), last=str(YEARS.stop - 1)),
             field=f"[{index}].taken_at",
             value=taken_at.isoformat(),
-            advice="set the clock of the source, and send the reading with the time it was taken at",
         )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from db.rows import ReadingRow
 from service.balancing.influence.resolution import known_scatter
 from service.errors import InvalidInput
+from service.messages import Message
 from service.model.base import document
 from service.runtime.context import AppContext
 
@@ -40,7 +41,7 @@ def retain(work: AppContext, days: int, stopped: Callable[[], bool] = lambda: Fa
     readings whether to leave the rest for the next time. Raises InvalidInput for no days.
     """
     if days < 1:
-        raise InvalidInput("raw readings are kept a day at least", field="days", value=days, advice="state 1 or more")
+        raise InvalidInput(Message("invalid_input.retention", days=days), field="days", value=days)
     before = (work.now() - timedelta(days=days)).replace(second=0, microsecond=0)
     with work.read() as store:
         sources = store.sources_of_readings()

@@ -17,9 +17,11 @@ import numpy as np
 from db.rows import ReadingRow, SessionRow
 from db.store import Store
 from service.balancing.rotor.phasors import PhaseSense, phasor, polar
+from service.messages import Message, Quantity, render
 from service.model.base import document
 from service.model.findings import Findings
 from service.model.machine import Machine
+from service.model.message import MessageData, message_data
 from service.model.run import Take
 from service.runtime.context import AppContext, require
 from service.usecases.readings.clocks import TOLERANCE_S, ClockOfSource, SourceClock, measured, of_sources, shown
@@ -57,6 +59,8 @@ class SensorNow:
     """Both spreads and the drift are small, and there are enough readings."""
     why_not: str | None
     """What is not steady yet."""
+    why_not_data: MessageData | None = None
+    """The same as key and parameters, for other languages and units."""
     findings: Findings | None = None
     """What the signal chain found beside the newest reading, where that came from a block of waveforms."""
 
@@ -212,18 +216,19 @@ def _sensor(name: str, rows: Sequence[ReadingRow], sense: PhaseSense) -> SensorN
         phase_spread_deg=phase_spread,
         drift=drift,
         steady=why_not is None,
-        why_not=why_not,
+        why_not=None if why_not is None else render(why_not),
+        why_not_data=message_data(why_not),
     )
 
 
-def _why_not(count: int, spread: float, phase_spread: float | None, drift: float) -> str | None:
+def _why_not(count: int, spread: float, phase_spread: float | None, drift: float) -> Message | None:
     if count < LEAST:
-        return f"{count} readings so far, {LEAST} are needed"
+        return Message("not_steady.few_readings", count=count, least=LEAST)
     if spread > STEADY_AMPLITUDE:
-        return f"the amplitude varies by {100 * spread:.0f} %, {100 * STEADY_AMPLITUDE:.0f} % is steady"
+        return Message("not_steady.amplitude", spread=spread, most=STEADY_AMPLITUDE)
     if phase_spread is not None and phase_spread > STEADY_PHASE_DEG:
-        return f"the phase varies by {phase_spread:.0f} degrees, {STEADY_PHASE_DEG:.0f} is steady"
+        return Message("not_steady.phase", spread=Quantity(round(phase_spread), "deg"), most=STEADY_PHASE_DEG)
     # Half the window against the other half: small spreads may hide a slow change.
     if drift > STEADY_AMPLITUDE:
-        return f"the vibration drifts by {100 * drift:.0f} % over the window: let the machine settle"
+        return Message("not_steady.drift", drift=drift)
     return None

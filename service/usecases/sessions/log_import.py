@@ -24,6 +24,7 @@ from db.rows import CatalogueRow, CorrectionRow, MachineRow, PlanRow, RunRow, Se
 from db.store import Store
 from service.engine.logs.rules import checked, checked_record, not_a_log
 from service.errors import Conflict
+from service.messages import Message
 from service.model.base import document, read_json, to_plain
 from service.model.machine import Catalogue, Machine
 from service.model.plan import Plan
@@ -79,13 +80,7 @@ def import_all(work: AppContext, logs: Iterable[SessionLog]) -> Imported:
                 new = _import_after_others(store, log, work.now())
                 stored, known = stored + new, known + (not new)
     except IntegrityError as taken:
-        raise Conflict(
-            f"a part of session {session_id} has an identifier under which something else is stored here",
-            code="identifier_taken",
-            field="session_id",
-            value=session_id,
-            advice="nothing was stored; import once more, and if it stays so, look at who wrote the file",
-        ) from taken
+        raise Conflict(Message("identifier_taken", session=session_id), field="session_id", value=session_id) from taken
     return Imported(stored=stored, known=known)
 
 
@@ -153,13 +148,7 @@ def _box(store: Store, key: str, box: Catalogue, now: datetime) -> str:
         store.add(found)
         store.open_stock(key, [index for index, item in enumerate(box.items) if item.count is not None])
     elif _kinds(Catalogue(name=found.name, items=found.items)) != _kinds(box):
-        raise Conflict(
-            f"the box {found.name!r} holds other kinds of mass here than in the log",
-            code="box_differs",
-            field="catalogue",
-            value=found.name,
-            advice="rename the box here, and import again: the session then brings its own, empty",
-        )
+        raise Conflict(Message("box_differs", box=found.name), field="catalogue", value=found.name)
     return found.id
 
 
@@ -176,13 +165,7 @@ def _boxes(log: SessionLog, record: SessionRecord) -> Mapping[str, Catalogue]:
 
 def _require_same(here: SessionLog, log: SessionLog) -> None:
     if _own(here) != _own(log):
-        raise Conflict(
-            f"another session, or another state of it, is stored under {log.session_id}",
-            code="session_differs",
-            field="session_id",
-            value=log.session_id,
-            advice="a stored session is never overwritten: leave this one out, or import it into an empty database",
-        )
+        raise Conflict(Message("session_differs", session=log.session_id), field="session_id", value=log.session_id)
 
 
 def _own(log: SessionLog) -> SessionLog:

@@ -114,10 +114,9 @@ def _readings(store: Store, session: SessionRow, request: RunRequest) -> tuple[R
     if (request.readings is None) == (request.take is None):
         both = request.take is not None
         raise InvalidInput(
-            "a run has either readings or take, not both" if both else "a run has either readings or take",
+            Message("invalid_input.readings_and_take" if both else "invalid_input.no_readings"),
             field="readings",
             value=to_plain(request.readings) if both else None,
-            advice="state readings:[{sensor, amplitude, phase_deg}], or take:{source, from, to}",
         )
     if request.take is not None:
         return taken_readings(store, session, request.take, _released_at(store, session, request))

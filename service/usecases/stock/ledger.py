@@ -16,6 +16,7 @@ from db.rows import CatalogueRow, SessionRow, StockEntryRow
 from db.store import Store
 from service.engine.validation import item_of
 from service.errors import Conflict
+from service.messages import Message, Quantity, Word
 from service.model.machine import CatalogueItem
 from service.model.plan import Placement
 
@@ -149,35 +150,44 @@ def _require_available(
         return
     have = on_hand(store, row)
     in_box = all(n <= (have[i] or 0) for i, n in short.items())
-    lines = "; ".join(_shortage(store, row, i, n, session_id, now) for i, n in short.items())
     raise Conflict(
-        f"the box {row.name!r} has too few pieces: {lines}",
-        code="stock_reserved" if in_box else "out_of_stock",
+        Message(
+            "stock_reserved" if in_box else "out_of_stock",
+            box=row.name,
+            short=[_shortage(store, row, i, n, session_id, now) for i, n in short.items()],
+        ),
         field=field,
         value=[row.items[i].mass_g for i in short],
-        advice="wait until the hold ends, ask its holder to release it, or make a new plan from what is available"
-        if in_box
-        else "make a new plan from what is left, or book the pieces that were put into the box",
     )
 
 
-def _shortage(store: Store, row: CatalogueRow, item: int, wanted: int, session_id: str | None, now: datetime) -> str:
-    """Which piece is short, who has it, and till when."""
+def _shortage(
+    store: Store, row: CatalogueRow, item: int, wanted: int, session_id: str | None, now: datetime
+) -> tuple[Message, ...]:
+    """Which piece is short, who has it, and until when."""
     have = store.balances(row.id).get(item, 0)
-    said = [f"{wanted} of {row.items[item].mass_g:g} g needed, {have} in the box"]
-    for held in holds(store, row.id, now):
-        if held.item == item and held.session_id != session_id:
-            said.append(f"{held.pieces} held by {_whose(store, held.session_id)} until {held.until:%Y-%m-%dT%H:%M:%SZ}")
+    short = Message("out_of_stock.needed", wanted=wanted, mass=Quantity(row.items[item].mass_g, "g"), have=have)
+    holders = [
+        Message("out_of_stock.held", pieces=held.pieces, holder=_whose(store, held.session_id), until=_moment(held))
+        for held in holds(store, row.id, now)
+        if held.item == item and held.session_id != session_id
+    ]
     last = store.last_fitted(row.id, item)
     if have < wanted and last is not None and last.session_id is not None:
-        said.append(f"last fitted by {_whose(store, last.session_id)}")
-    return ", ".join(said)
+        holders.append(Message("out_of_stock.mounted", holder=_whose(store, last.session_id)))
+    return (short, *holders)
 
 
-def _whose(store: Store, session_id: str) -> str:
+def _moment(held: Held) -> str:
+    return f"{held.until:%Y-%m-%dT%H:%M:%SZ}"
+
+
+def _whose(store: Store, session_id: str) -> Message:
     session = store.get(SessionRow, session_id)
-    who = (session.technician if session else None) or "somebody"
-    return f"{who} on {session.machine_name!r} (session {session_id})" if session else f"session {session_id}"
+    if session is None:
+        return Message("out_of_stock.holder_session", session=session_id)
+    who = session.technician or Word("somebody")
+    return Message("out_of_stock.holder", who=who, machine=session.machine_name, session=session_id)
 
 
 def _entry(row_id: str, item: int, kind: str, at: datetime, **given: Any) -> dict[str, Any]:

@@ -103,7 +103,9 @@ class _Look:
             "stamp": guide.stamp,
             "stale": self._age_s > FRESH_S,
             "steady": now.ready,
-            "clocks": [page.words(clock.message) for clock in now.clocks if clock.message and clock.code != UNKNOWN],
+            "clocks": [
+                page.words(clock.message_data) for clock in now.clocks if clock.message_data and clock.code != UNKNOWN
+            ],
             "speed": page.display.measured_speed(fastest),
             "too_fast": fastest is not None and fastest > highest_speed(guide.session.machine),
             "sensors": [_sensor(page, guide, one) for one in now.sensors],
@@ -122,5 +124,5 @@ def _sensor(page: Page, guide: Guide, now: live.SensorNow) -> dict[str, Any]:
         "phase": page.display.angle(now.phase_deg),
         "turn": None if now.phase_deg is None else round(pictures.phase_sign(guide.session) * now.phase_deg, 1),
         "steady": now.steady,
-        "why_not": page.words(now.why_not),
+        "why_not": page.words(now.why_not_data),
     }
