@@ -11,6 +11,7 @@ from service.balancing.selection.problem import SelectionResult
 from service.engine import mapping
 from service.engine.selection_problem import PlanProblem
 from service.engine.validation import hole_label, plane_index, position_index
+from service.messages import Message, Quantity
 
 
 def broken_limits(posed: PlanProblem) -> SelectionResult | None:
@@ -23,31 +24,32 @@ def broken_limits(posed: PlanProblem) -> SelectionResult | None:
     planes, rows = len(posed.ground.machine.planes), len(posed.problem.objective.offset)
     return SelectionResult(
         status="infeasible",
-        message="the masses that are to stay break a limit already",
+        message=Message("kept_masses_break_limit.proved"),
         pieces=None,
         value=float("inf"),
         lower_bound=float("inf"),
         vectors=np.zeros(planes, dtype=complex),
         residual=np.full(rows, complex(np.nan, np.nan)),
         evaluations=0,
-        reason=f"{'; '.join(reasons)}: raise the limit, or plan with base as_found so that they may come off",
+        reason=Message("kept_masses_break_limit", broken=reasons),
     )
 
 
-def _of_planes(posed: PlanProblem) -> list[str]:
+def _of_planes(posed: PlanProblem) -> list[Message]:
     kept = posed.ground.inputs.present
     out = []
     for plane in posed.ground.machine.planes:
         masses = [m.mass_g for m in mapping.as_masses([p for p in kept if p.plane == plane.name])]
         most = min(plane.max_masses, posed.request.max_masses_per_plane or plane.max_masses)
         if len(masses) > most:
-            out.append(f"plane {plane.name} carries {len(masses)} masses, the limit is {most}")
+            out.append(Message("kept_masses_break_limit.plane_masses", plane=plane.name, masses=len(masses), most=most))
         if plane.max_total_mass_g is not None and sum(masses) > plane.max_total_mass_g:
-            out.append(f"plane {plane.name} carries {sum(masses):g} g, the limit is {plane.max_total_mass_g:g} g")
+            mass, limit = Quantity(sum(masses), "g"), Quantity(plane.max_total_mass_g, "g")
+            out.append(Message("kept_masses_break_limit.plane_mass", plane=plane.name, mass=mass, most=limit))
     return out
 
 
-def _of_positions(posed: PlanProblem) -> list[str]:
+def _of_positions(posed: PlanProblem) -> list[Message]:
     machine = posed.ground.machine
     blocked = {
         (p := plane_index(machine, b.plane, "blocked"), position_index(machine.planes[p], b.position_deg, "blocked"))
@@ -57,18 +59,20 @@ def _of_positions(posed: PlanProblem) -> list[str]:
     grams: defaultdict[tuple[int, int], float] = defaultdict(float)
     for mass in mapping.as_masses(posed.ground.inputs.present):
         p = plane_index(machine, mass.plane, "plane")
-        hole = (p, position_index(machine.planes[p], mass.angle_deg, "position_deg"))
-        pieces[hole] += 1
-        grams[hole] += mass.mass_g
+        at = (p, position_index(machine.planes[p], mass.angle_deg, "position_deg"))
+        pieces[at] += 1
+        grams[at] += mass.mass_g
     out = []
     for (p, position), count in sorted(pieces.items()):
         plane = machine.planes[p]
-        name = f"hole {hole_label(plane, position)} of plane {plane.name}"
+        hole = {"hole": hole_label(plane, position), "plane": plane.name}
         if (p, position) in blocked:
-            out.append(f"{name} is blocked and carries a mass")
+            out.append(Message("kept_masses_break_limit.blocked", **hole))
         if count > plane.masses_per_position:
-            out.append(f"{name} carries {count} masses, the limit is {plane.masses_per_position}")
+            most = plane.masses_per_position
+            out.append(Message("kept_masses_break_limit.hole_masses", **hole, masses=count, most=most))
         force = centrifugal_force(grams[p, position], plane.radius_mm, machine.service_speed_rpm)
         if plane.max_force_n is not None and force > plane.max_force_n * (1.0 + 1e-9):
-            out.append(f"{name} is pulled with {force:.0f} N, the limit is {plane.max_force_n:g} N")
+            limit_n = plane.max_force_n
+            out.append(Message("kept_masses_break_limit.hole_force", **hole, force=round(force), most=limit_n))
     return out

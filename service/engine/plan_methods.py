@@ -13,7 +13,7 @@ from service.balancing.selection.jaya import budget, runs_together, solve_jaya
 from service.balancing.selection.placements import Selection, result_of
 from service.balancing.selection.problem import SelectionProblem, SelectionResult, Status
 from service.errors import InvalidInput
-from service.messages import Message
+from service.messages import Message, Word
 from service.model.plan import Method, PlanRequest
 
 JAYA_RUNS = 4
@@ -151,10 +151,8 @@ def _fewest(
     state = last_state(search_exact(problem), lambda now: now.value <= limit or now.proved or stop(), patient=True)
     if state.value > limit:
         return found
-    message = (
-        f"{sum(map(len, state.selection))} pieces meet the limit, fewer than {found.details['at_least']:g} do not; "
-        "stopped before those between were searched"
-    )
+    pieces = sum(map(len, state.selection))
+    message = Message("limit_met.open_between", pieces=pieces, least=found.details["at_least"])
     evaluations = found.evaluations + state.evaluations
     return result_of(
         problem, state.selection, "limit_reached", message, evaluations, state.lower_bound, details=found.details
@@ -168,12 +166,12 @@ def _first_answer(problem: SelectionProblem, seed: int, stop: Callable[[], bool]
 
 def _refuse_unheard(request: PlanRequest) -> None:
     """Raise InvalidInput for what this mode or method would pass over in silence."""
-    unheard: list[tuple[str, object, str]] = []
+    unheard: list[tuple[str, object, Word]] = []
     if request.mode != "best" or request.method == "modified_jaya":
-        unheard += [("alternatives", request.alternatives, "mode best with method certified or exact")]
-        unheard += [("slack", request.slack, "mode best with method certified or exact")]
+        unheard += [("alternatives", request.alternatives, Word("mode_best"))]
+        unheard += [("slack", request.slack, Word("mode_best"))]
     if request.mode == "best":
-        unheard += [("limit", request.limit, "mode fewest or combine")]
+        unheard += [("limit", request.limit, Word("mode_fewest"))]
     for field_name, value, belongs_to in unheard:
         if value:
             raise InvalidInput(
@@ -196,13 +194,12 @@ def _others(problem: SelectionProblem, state: ExactState, uncertainty: float) ->
     for rank, (selection, value) in enumerate(zip(state.selections[1:], state.values[1:], strict=True), start=1):
         gap = value - state.lower_bound
         status: Status = "limit_reached"
-        message = f"stopped before the proof: up to {gap:.3g} better is not excluded"
+        message = Message("selection_stopped", gap=gap)
         if state.proved:
             status = "optimal"
-            better = "1 selection" if rank == 1 else f"{rank} selections"
-            message = f"proved: no more than {better} within the limits can be better"
+            message = Message("selection_proved.ranked", count=rank)
         elif gap <= uncertainty:
             status = "within_uncertainty"
-            message = f"no selection can be better by more than {gap:.3g}, less than can be measured"
+            message = Message("selection_within_uncertainty", gap=gap)
         out.append(result_of(problem, selection, status, message, state.evaluations, state.lower_bound))
     return tuple(out)

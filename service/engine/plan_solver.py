@@ -23,9 +23,10 @@ from service.engine.plan_survival import plan_survival, run_robust
 from service.engine.rotor_state import Mounted, changes, pieces_of
 from service.engine.selection_problem import PlanContext, PlanProblem, pose
 from service.errors import Conflict, InvalidInput
-from service.messages import Message
+from service.messages import Message, render
 from service.model.correction import SensorVector
 from service.model.machine import Machine
+from service.model.message import message_data
 from service.model.plan import BearingForces, Change, MethodResult, Offer, Placement, Plan, PlanRequest
 
 NOMINAL = 8
@@ -145,10 +146,13 @@ def offer_of(posed: PlanProblem, result: SelectionResult) -> Offer:
     """A result as placements with what is proved of them."""
     placements, off = posed.placements(result.pieces) if result.pieces is not None else ((), ())
     slack_proved = result.details.get("slack_proved")
+    message = _counting(posed, result.message)
     return Offer(
         status=result.status,
-        message=_counting(posed, result.message),
-        reason=result.reason,
+        message=render(message),
+        message_data=message_data(message),
+        reason=None if result.reason is None else render(result.reason),
+        reason_data=message_data(result.reason),
         placements=placements,
         taken_off=off,
         objective_value=mapping.known(result.value) if result.pieces is not None else None,
@@ -158,14 +162,12 @@ def offer_of(posed: PlanProblem, result: SelectionResult) -> Offer:
     )
 
 
-def _counting(posed: PlanProblem, message: str) -> str:
+def _counting(posed: PlanProblem, message: Message) -> Message:
     """A message of mode fewest counts the pieces that are chosen: say which are not among them."""
     kept = len(posed.ground.inputs.present) if posed.request.base == "present" else 0
     if posed.request.mode == "best" or not kept:
         return message
-    if kept == 1:
-        return f"{message} (pieces besides the 1 that stays)"
-    return f"{message} (pieces besides the {kept} that stay)"
+    return Message("pieces_besides", message=message, count=kept)
 
 
 def _distinct(first: Offer, others: Sequence[Offer]) -> tuple[Offer, ...]:

@@ -9,6 +9,7 @@ from annotated_types import Ge, Gt, Le, Len
 
 from service.model.base import MAX_LIST, AngleDeg, Name, NotNegative, Positive, Seed, Small, document
 from service.model.correction import SensorVector
+from service.model.message import MessageData
 from service.model.run import MassOnRotor
 
 ObjectiveName = Literal["residual_vibration", "components", "bearing_force", "robust"]
@@ -142,6 +143,10 @@ class Offer:
     slack_proved: bool | None = None
     """Whether fewest masses, then least mass, are proved among all within `slack`; false: the time was over before, see
     `message`; null without slack."""
+    message_data: MessageData | None = None
+    """`message` as key and parameters, for other languages and units; null in plans made before this was kept."""
+    reason_data: MessageData | None = None
+    """`reason` as key and parameters; null where there is none, and in plans made before this was kept."""
 
 
 @document
@@ -326,6 +331,10 @@ class Plan:
     slack_proved: bool | None = None
     """Whether fewest masses, then least mass, are proved among all within `slack`; false: the time was over before, see
     `message`; null without slack."""
+    message_data: MessageData | None = None
+    """`message` as key and parameters, for other languages and units; null in plans made before this was kept."""
+    reason_data: MessageData | None = None
+    """`reason` as key and parameters; null where there is none, and in plans made before this was kept."""
 
 
 @document

@@ -102,22 +102,22 @@ def solve_fewest(problem: SelectionProblem, limit: float, *, stop: Stop = never)
         if state.value <= allowed or stop() or state.exhausted:
             found = exact_result(problem, state, limited=True)
             status = found.status if state.value <= allowed else "limit_reached"
-            message = f"{enough(pieces)}; {found.message}" if state.value <= allowed else _unmet(state, pieces)
+            message = _met(pieces, found.message) if state.value <= allowed else _unmet(state, pieces)
             return replace(found, status=status, message=message, evaluations=evaluations, details={"at_least": pieces})
     return explain_limit(problem, limit, evaluations, stop)
 
 
-def enough(pieces: int) -> str:
-    """Say that so many pieces meet the limit and fewer do not, in words."""
+def _met(pieces: int, proof: Message) -> Message:
+    """How many pieces meet the limit, and what is proved of them."""
     if pieces == 0:
-        return "the limit is met without any piece"
-    return f"{pieces} piece{'s meet' if pieces > 1 else ' meets'} the limit, fewer do not"
+        return Message("limit_met.without_pieces", proof=proof)
+    return Message("limit_met", count=pieces, proof=proof)
 
 
-def _unmet(state: ExactState, pieces: int) -> str:
-    how = "the search grew too large" if state.exhausted else "stopped before the proof"
-    fewer = f"fewer than {pieces} pieces do not meet the limit, " if pieces else ""
-    return f"{how}: {fewer}this selection does not either, whether another does is not known"
+def _unmet(state: ExactState, pieces: int) -> Message:
+    if state.exhausted:
+        return Message("limit_open.too_large" if pieces else "limit_open.too_large_at_once", pieces=pieces)
+    return Message("limit_open.stopped" if pieces else "limit_open.stopped_at_once", pieces=pieces)
 
 
 def prefer(problem: SelectionProblem, result: SelectionResult, slack: float, *, stop: Stop = never) -> SelectionResult:
@@ -136,19 +136,18 @@ def prefer(problem: SelectionProblem, result: SelectionResult, slack: float, *, 
     limit = result.value + slack
     fewest = None if result.status == "limit_reached" else solve_fewest(problem, limit, stop=stop)
     if fewest is None or fewest.pieces is None or fewest.value > limit * (1.0 + SAME):
-        told = f"{result.message}; stopped before fewer pieces within {slack:.3g} of it were searched to the end"
-        return replace(result, message=told, details={**result.details, "slack_proved": 0.0})
+        message = Message("slack_open", proof=result.message, slack=slack)
+        return replace(result, message=message, details={**result.details, "slack_proved": 0.0})
     pieces = sum(len(plane) for plane in fewest.pieces)
     states = search_exact(problem, start=fewest.pieces, most_pieces=pieces, good_enough=limit)
     state = last_state(states, lambda _: stop())
     vectors = vectors_of(problem, state.selection)
     value = float(evaluate(problem.objective, vectors))
-    told = f"of those within {slack:.3g} of it, one of the fewest pieces ({pieces}) is taken"
-    if not state.proved:
-        told += "; stopped before the least mass among them was proved"
     return replace(
         result,
-        message=f"{result.message}; {told}",
+        message=Message(
+            "slack_taken" if state.proved else "slack_taken.mass_open", proof=result.message, slack=slack, pieces=pieces
+        ),
         pieces=state.selection,
         value=value,
         lower_bound=min(result.lower_bound, value),

@@ -38,7 +38,9 @@ def solve_exhaustive(
     choices = [_choices(problem, p) for p in range(len(problem.planes))]
     value, best, tried = _joint(problem, choices, most_pieces)
     selection = [chosen.pieces(i) for chosen, i in zip(choices, best, strict=True)]
-    return result_of(problem, selection, "optimal", f"all {tried} selections tried", tried, lower_bound=value)
+    return result_of(
+        problem, selection, "optimal", Message("selections_all_tried", tried=tried), tried, lower_bound=value
+    )
 
 
 def count_combinations(problem: SelectionProblem) -> int:

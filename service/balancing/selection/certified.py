@@ -11,6 +11,7 @@ from service.balancing.selection.exact.search import ExactState, Stop, exact_res
 from service.balancing.selection.jaya import JayaState, search_jaya
 from service.balancing.selection.placements import result_of
 from service.balancing.selection.problem import SelectionProblem, SelectionResult
+from service.messages import Message
 
 FIRST_MEMBERS, FIRST_GENERATIONS = 20, 15
 """Budget of the first answer; the exact search needs only something to compare with."""
@@ -83,7 +84,7 @@ def certified_result(
         problem,
         jaya.selection,
         "heuristic",
-        f"modified Jaya, {jaya.generation} generations of {FIRST_MEMBERS}; nothing is proved",
+        Message("jaya_first", generations=jaya.generation, members=FIRST_MEMBERS),
         jaya.evaluations,
         details={"generations": jaya.generation, "members": FIRST_MEMBERS, "seed": seed},
     )

@@ -13,6 +13,7 @@ from service.balancing.selection.exact.bounds import bounds_of
 from service.balancing.selection.exact.search import Stop, last_state, search_exact, solve_exact
 from service.balancing.selection.placements import effective_g, slots
 from service.balancing.selection.problem import UNLIMITED, SelectionPlane, SelectionProblem, SelectionResult, Stock
+from service.messages import Message, Quantity
 
 SAME = 1e-9
 MAX_BOUGHT = 100
@@ -27,22 +28,21 @@ def explain_limit(
     """Result of status `infeasible` for a limit that no selection meets.
 
     details: `nearest`, the best value there is; `missing`, by how much it is above the limit; `continuous`, what masses
-    of any size at any angle would leave. reason: the same in words, with every single change that would help.
+    of any size at any angle would leave. reason: the same, with every single change that would help.
     """
     nearest = solve_exact(problem, stop=stop)
     continuous = _any_masses(problem)
-    best = "the best selection" if nearest.status == "optimal" else "the best selection found in time"
-    reason = f"{best} leaves {nearest.value:.4g}, the limit is {limit:.4g}"
-    if continuous > limit * (1.0 + SAME):
-        reason += (
-            f"; masses of any size at any angle in these planes would leave {continuous:.4g}: "
-            "raise the limit, add a plane, or look for another cause than unbalance"
-        )
-    else:
-        reason += f"; {_what_helps(problem, limit, stop)}"
+    reason = Message(
+        "limit_not_met" if nearest.status == "optimal" else "limit_not_met.found_in_time",
+        nearest=nearest.value,
+        limit=limit,
+        remedy=Message("limit_not_met.any_masses", continuous=continuous)
+        if continuous > limit * (1.0 + SAME)
+        else _what_helps(problem, limit, stop),
+    )
     return SelectionResult(
         status="infeasible",
-        message="proved: no selection meets the limit",
+        message=Message("limit_not_met.proved"),
         pieces=None,
         value=math.inf,
         lower_bound=nearest.lower_bound,
@@ -58,17 +58,18 @@ def _nothing(residual: ComplexArray) -> ComplexArray:
     return np.full(residual.shape, complex(math.nan, math.nan))
 
 
-def _what_helps(problem: SelectionProblem, limit: float, stop: Stop) -> str:
-    """Every single change that makes the limit possible, in words; what there was no time to try is said."""
-    met = {words: _meets(easier, limit, stop) for words, easier in _easier(problem)}
+def _what_helps(problem: SelectionProblem, limit: float, stop: Stop) -> Message:
+    """Every single change that makes the limit possible; what there was no time to try is said."""
+    met = [(change, _meets(easier, limit, stop)) for change, easier in _easier(problem)]
     bought, all_tried = _bought(problem, limit, stop)
-    helping = [words for words, enough in met.items() if enough] + bought
-    told = f"it can be met with {', or with '.join(helping[:MAX_TOLD])}" if helping else "no single change is enough"
-    if len(helping) > MAX_TOLD:
-        told += f", or with {len(helping) - MAX_TOLD} other pieces"
-    if all_tried and None not in met.values():
-        return told
-    return f"{told}; there was no time to try every other change" if helping else "no time to try what would help"
+    helping = [change for change, enough in met if enough] + bought
+    whole = all_tried and all(enough is not None for _, enough in met)
+    if not helping:
+        return Message("limit_helped.by_no_single_change" if whole else "limit_helped.no_time")
+    told, more = helping[:MAX_TOLD], len(helping) - MAX_TOLD
+    if more > 0:
+        return Message("limit_helped.by_many" if whole else "limit_helped.by_many_so_far", changes=told, more=more)
+    return Message("limit_helped" if whole else "limit_helped.so_far", changes=told)
 
 
 def _meets(problem: SelectionProblem, limit: float, stop: Stop) -> bool | None:
@@ -82,7 +83,7 @@ def _meets(problem: SelectionProblem, limit: float, stop: Stop) -> bool | None:
     return False if state.proved or state.lower_bound > allowed else None
 
 
-def _bought(problem: SelectionProblem, limit: float, stop: Stop) -> tuple[list[str], bool]:
+def _bought(problem: SelectionProblem, limit: float, stop: Stop) -> tuple[list[Message], bool]:
     """Single pieces more in the box that are enough, else more of every mass if that is; and whether all were tried.
 
     More of every mass first: where that does not help, no single piece of a long box does.
@@ -101,33 +102,33 @@ def _bought(problem: SelectionProblem, limit: float, stop: Stop) -> tuple[list[s
         counts = stock.counts.copy()
         counts[i] += 1
         if _meets(replace(problem, stock=replace(stock, counts=counts)), limit, stop):
-            single.append(f"one more {stock.masses_g[i]:g} g piece")
-    return single or ["more pieces of every mass"], not stop()
+            single.append(Message("limit_change.piece", mass=Quantity(stock.masses_g[i], "g")))
+    return single or [Message("limit_change.every_mass")], not stop()
 
 
-def _easier(problem: SelectionProblem) -> Iterator[tuple[str, SelectionProblem]]:
-    """Every single change of machine and limits that a technician might make, in words."""
+def _easier(problem: SelectionProblem) -> Iterator[tuple[Message, SelectionProblem]]:
+    """Every single change of machine and limits that a technician might make."""
     planes = problem.planes
 
     def changed(change: dict[str, object]) -> SelectionProblem:
         return replace(problem, planes=tuple(replace(plane, **change) for plane in planes))  # type: ignore[arg-type]
 
     yield (
-        "one more piece in each plane",
+        Message("limit_change.plane_pieces"),
         replace(problem, planes=tuple(replace(p, max_pieces=_one_more(p.max_pieces)) for p in planes)),
     )
     if any(math.isfinite(plane.max_mass_g) for plane in planes):
-        yield "no limit on the mass of a plane", changed({"max_mass_g": math.inf})
+        yield Message("limit_change.plane_mass"), changed({"max_mass_g": math.inf})
     yield (
-        "one more piece in each position that is free",
+        Message("limit_change.position_pieces"),
         replace(problem, planes=tuple(replace(p, capacity=_room(p)) for p in planes)),
     )
     if any(np.isfinite(plane.capacity_g).any() for plane in planes):
         free = tuple(replace(p, capacity_g=np.where(p.capacity_g > 0.0, np.inf, 0.0)) for p in planes)
-        yield "no limit on the mass in a position", replace(problem, planes=free)
+        yield Message("limit_change.position_mass"), replace(problem, planes=free)
     if any((plane.capacity <= 0).any() for plane in planes):
         opened = tuple(replace(p, capacity=np.maximum(p.capacity, 1)) for p in planes)
-        yield "the blocked positions", replace(problem, planes=opened)
+        yield Message("limit_change.blocked"), replace(problem, planes=opened)
 
 
 def _one_more(pieces: int) -> int:

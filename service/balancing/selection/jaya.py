@@ -22,7 +22,7 @@ from service.balancing.selection.placements import Selection, effective_g, resul
 from service.balancing.selection.problem import Piece, SelectionProblem, SelectionResult
 from service.balancing.selection.validation import validate
 from service.errors import NumericsError
-from service.messages import Message
+from service.messages import Message, Word
 from service.optimize.jaya import Jaya, Rules, Stop
 from service.optimize.problem import Circular, Discrete, MixedProblem, Variable
 
@@ -142,14 +142,19 @@ def solve_jaya(
     state = next(search)
     while state.generation < rounds and not stop():
         state = next(search)
-    ended = "stopped" if state.generation < rounds else "budget spent"
     agreeing = sum(value <= state.value * (1.0 + SAME) for value in state.values)
-    told = f"; {agreeing} of {runs} runs ended at this value" if runs > 1 else ""
     return result_of(
         problem,
         state.selection,
         "heuristic",
-        f"modified Jaya, {state.generation} generations of {population}, {ended}{told}; nothing is proved",
+        Message(
+            "jaya_ended" if runs > 1 else "jaya_ended.one_run",
+            generations=state.generation,
+            members=population,
+            ended=Word("stopped" if state.generation < rounds else "budget_spent"),
+            agreeing=agreeing,
+            runs=runs,
+        ),
         state.evaluations,
         details={
             "generations": state.generation,

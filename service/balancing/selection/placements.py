@@ -17,6 +17,7 @@ from service.balancing.selection.problem import (
     Status,
     Stock,
 )
+from service.messages import Message, Part, Quantity
 
 Selection = tuple[tuple[Piece, ...], ...]
 
@@ -56,28 +57,31 @@ def vectors_of(problem: SelectionProblem, selection: Sequence[Sequence[Piece]]) 
     )
 
 
-def broken_limit(problem: SelectionProblem, selection: Sequence[Sequence[Piece]]) -> str | None:
-    """Name the first limit that a selection breaks, in words; None where it breaks none."""
+def broken_limit(problem: SelectionProblem, selection: Sequence[Sequence[Piece]]) -> Message | None:
+    """Name the first limit that a selection breaks; None where it breaks none."""
     mass = effective_g(problem.stock)
     used = np.zeros(len(mass), dtype=np.int64)
     for number, (plane, pieces) in enumerate(zip(problem.planes, selection, strict=True), start=1):
+        at = Part("plane", number)
         items = np.array([p.item for p in pieces], dtype=np.int64)
         positions = np.array([p.position for p in pieces], dtype=np.int64)
         used += np.bincount(items, minlength=len(mass))
         per_position = np.bincount(positions, minlength=len(plane.angles))
         grams = np.asarray(np.bincount(positions, weights=mass[items], minlength=len(plane.angles)), dtype=np.float64)
         if len(pieces) > plane.max_pieces:
-            return f"plane {number} carries {len(pieces)} pieces, at most {plane.max_pieces} may be fitted"
+            return Message("limit_broken.pieces", plane=at, pieces=len(pieces), most=plane.max_pieces)
         if not within_g(grams.sum(), plane.max_mass_g).all():
-            return f"plane {number} carries {grams.sum():g} g, at most {plane.max_mass_g:g} g may be fitted"
+            return Message(
+                "limit_broken.mass", plane=at, mass=Quantity(grams.sum(), "g"), most=Quantity(plane.max_mass_g, "g")
+            )
         if (per_position > plane.capacity).any():
-            return f"plane {number} carries more pieces in a position than it takes"
+            return Message("limit_broken.position_pieces", plane=at)
         if not within_g(grams, plane.capacity_g).all():
-            return f"plane {number} carries more grams in a position than it takes"
+            return Message("limit_broken.position_mass", plane=at)
         if plane.allowed is not None and not plane.allowed[positions, items].all():
-            return f"plane {number} carries a piece in a position that it may not go to"
+            return Message("limit_broken.not_allowed", plane=at)
     if (used > problem.stock.counts).any():
-        return "more pieces of one mass are used than the box holds"
+        return Message("limit_broken.stock")
     return None
 
 
@@ -85,7 +89,7 @@ def result_of(
     problem: SelectionProblem,
     selection: Sequence[Sequence[Piece]],
     status: Status,
-    message: str,
+    message: Message,
     evaluations: int,
     lower_bound: float = 0.0,
     details: dict[str, float] | None = None,

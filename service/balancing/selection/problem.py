@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray, IntArray
+from service.messages import Message
 
 BoolArray = NDArray[np.bool_]
 Norm = Literal["components", "sum", "max", "rms"]
@@ -98,18 +99,18 @@ class SelectionResult:
 
     pieces: one sorted tuple of `Piece` per plane, or None when infeasible. vectors: (P,) complex g, fixed included.
     residual: (S,) complex r. lower_bound: no feasible selection has a smaller objective (0 where nothing is proved).
-    reason: why there is no selection, in words a technician can act on.
+    message: what is proved. reason: why there is no selection, and what would help.
     """
 
     status: Status
-    message: str
+    message: Message
     pieces: tuple[tuple[Piece, ...], ...] | None
     value: float
     lower_bound: float
     vectors: ComplexArray
     residual: ComplexArray
     evaluations: int
-    reason: str | None = None
+    reason: Message | None = None
     details: dict[str, float] = field(default_factory=dict)
 
     @property

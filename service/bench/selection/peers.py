@@ -20,6 +20,7 @@ from service.bench.selection.hsbalance import HSBALANCE
 from service.bench.selection.linear import cannot_state, linear
 from service.bench.selection.peer import Abilities, Found, Peer
 from service.bench.selection.scip import SCIP
+from service.messages import render
 
 POPULATION = 50
 WORKERS = 2
@@ -32,7 +33,8 @@ def rated(problem: SelectionProblem, found: Found) -> tuple[float, str | None]:
     if found.selection is None:
         return float("inf"), None
     value = float(evaluate(problem.objective, vectors_of(problem, found.selection)))
-    return value, broken_limit(problem, found.selection)
+    broken = broken_limit(problem, found.selection)
+    return value, None if broken is None else render(broken)
 
 
 def solve_cp_sat(problem: SelectionProblem, seed: int, budget_s: float) -> Found:

@@ -12,6 +12,7 @@ from service.balancing.selection.jaya import runs_together, search_jaya, solve_j
 from service.balancing.selection.placements import broken_limit
 from service.balancing.selection.problem import UNLIMITED, SelectionProblem
 from service.errors import NumericsError
+from service.messages import render
 from tests.support.numerics.problems import field_experiment, plane, stock, thesis_rotor
 
 ONE_MASS = {"static": 0.31724, "dynamic": 0.24046}  # proved by trying all
@@ -48,7 +49,7 @@ def test_runs_are_independent_and_the_best_of_them_is_the_answer(as_published: b
     assert together.value == pytest.approx(last.value, rel=1e-12)
     assert together.details["runs"] == 20
     assert together.details["agreeing"] == sum(v <= last.value * (1.0 + 1e-9) for v in last.values)
-    assert f"{together.details['agreeing']:g} of 20 runs ended at this value" in together.message
+    assert f"{together.details['agreeing']:g} of 20 runs ended at this value" in render(together.message)
     alone = [
         solve_jaya(problem, seed, members=40, generations=80, as_published=as_published).value for seed in range(8)
     ]
@@ -106,7 +107,7 @@ def test_the_best_never_gets_worse_and_a_stop_is_honoured() -> None:
     assert values == sorted(values, reverse=True)
     stopped = solve_jaya(tight(), 1, generations=1000, stop=lambda: True)
     assert stopped.details["generations"] == 1
-    assert "stopped" in stopped.message
+    assert "stopped" in render(stopped.message)
 
 
 def test_a_plane_that_takes_nothing_stays_empty() -> None:

@@ -23,6 +23,7 @@ from service.balancing.selection.exact.subsets import placements_of
 from service.balancing.selection.placements import Selection, broken_limit, effective_g, result_of, slots
 from service.balancing.selection.problem import UNLIMITED, SelectionProblem, SelectionResult, Status
 from service.balancing.selection.validation import validate
+from service.messages import Message
 
 __all__ = ["ExactState", "Stop", "bounds_for", "exact_result", "last_state", "never", "search_exact", "solve_exact"]
 
@@ -247,17 +248,18 @@ def exact_result(
     problem: SelectionProblem, state: ExactState, uncertainty: float = 0.0, *, limited: bool = False
 ) -> SelectionResult:
     """Result of a search that ended in `state`; limited: it looked at selections of at most so many pieces only."""
-    status, message = _ending(state, uncertainty, "of as few pieces" if limited else "within the limits")
+    status, message = _ending(state, uncertainty, limited=limited)
     return result_of(problem, state.selection, status, message, state.evaluations, state.lower_bound)
 
 
-def _ending(state: ExactState, uncertainty: float, among: str) -> tuple[Status, str]:
-    """Status and sentence; `among` says which selections were looked at."""
+def _ending(state: ExactState, uncertainty: float, *, limited: bool) -> tuple[Status, Message]:
+    """Status and message; limited: selections of at most so many pieces were looked at only."""
     gap = state.value - state.lower_bound
     if state.proved or gap <= 0.0:
-        return "optimal", f"proved: no selection {among} is better"
+        return "optimal", Message("selection_proved.fewest" if limited else "selection_proved")
     if gap <= uncertainty:
-        told = f"no selection {among} can be better by more than {gap:.3g}, less than can be measured"
-        return "within_uncertainty", told
-    how = "the search grew too large" if state.exhausted else "stopped before the proof"
-    return "limit_reached", f"{how}: a selection {among} that is better by up to {gap:.3g} is not excluded"
+        key = Message("selection_within_uncertainty.fewest" if limited else "selection_within_uncertainty", gap=gap)
+        return "within_uncertainty", key
+    if state.exhausted:
+        return "limit_reached", Message("selection_too_large.fewest" if limited else "selection_too_large", gap=gap)
+    return "limit_reached", Message("selection_stopped.fewest" if limited else "selection_stopped", gap=gap)
