@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from http import HTTPStatus
 from typing import Any
 
@@ -19,34 +18,10 @@ from service.api.strict_json import InvalidBody
 from service.errors import DrumtrueError, Stale
 from service.messages import Message, parameters_json, render, render_advice
 from service.model.base import document, to_plain
+from service.model.faults import message_of
 from service.runtime.context import unreadable
 
 MEDIA_TYPE = "application/problem+json"
-_RULES: dict[str, Callable[..., Message]] = {
-    "json_invalid": partial(Message, "invalid_json"),
-    "finite_number": partial(Message, "invalid_input.finite_number"),
-    "missing": partial(Message, "invalid_input.missing"),
-    "unexpected_keyword_argument": partial(Message, "invalid_input.unexpected_keyword_argument"),
-    "string_pattern_mismatch": partial(Message, "invalid_input.string_pattern_mismatch"),
-    "string_too_short": partial(Message, "invalid_input.string_too_short"),
-    "string_too_long": partial(Message, "invalid_input.string_too_long"),
-    "too_short": partial(Message, "invalid_input.too_short"),
-    "too_long": partial(Message, "invalid_input.too_long"),
-    "greater_than": partial(Message, "invalid_input.greater_than"),
-    "greater_than_equal": partial(Message, "invalid_input.greater_than_equal"),
-    "less_than": partial(Message, "invalid_input.less_than"),
-    "less_than_equal": partial(Message, "invalid_input.less_than_equal"),
-    "literal_error": partial(Message, "invalid_input.literal_error"),
-    "float_type": partial(Message, "invalid_input.float_type"),
-    "int_type": partial(Message, "invalid_input.int_type"),
-    "int_from_float": partial(Message, "invalid_input.int_from_float"),
-    "string_type": partial(Message, "invalid_input.string_type"),
-    "bool_type": partial(Message, "invalid_input.bool_type"),
-    "tuple_type": partial(Message, "invalid_input.tuple_type"),
-    "list_type": partial(Message, "invalid_input.list_type"),
-    "dataclass_type": partial(Message, "invalid_input.dataclass_type"),
-}
-"""What a rule of pydantic asks for; its limits are the parameters."""
 _MAX_VALUE = 200
 _MAX_ERRORS = 20
 
@@ -164,7 +139,7 @@ def _invalid(_request: Request, error: Exception) -> JSONResponse:
     else:
         assert isinstance(error, RequestValidationError | ValidationError)  # noqa: S101
         listed = error.errors()
-    found = [(_message(e), _entry(e)) for e in listed[:_MAX_ERRORS]]
+    found = [(message_of(e), _entry(e)) for e in listed[:_MAX_ERRORS]]
     message, first = found[0]
     return problem(
         422,
@@ -185,7 +160,7 @@ def _http(_request: Request, error: Exception) -> JSONResponse:
 
 
 def _entry(error: Mapping[str, Any]) -> dict[str, Any]:
-    rule, message = str(error["type"]), _message(error)
+    rule, message = str(error["type"]), message_of(error)
     return {
         "field": _path(error.get("loc", ())),
         "detail": render(message),
@@ -193,19 +168,6 @@ def _entry(error: Mapping[str, Any]) -> dict[str, Any]:
         "rule": rule,
         "advice": render_advice(message),
     }
-
-
-def _message(error: Mapping[str, Any]) -> Message:
-    """What a rule of pydantic asks for, and what to do."""
-    rule = str(error["type"])
-    limits = {name: _limit(limit) for name, limit in (error.get("ctx") or {}).items()}
-    told = str(error["msg"]).removeprefix("Value error, ")
-    return _RULES.get(rule, partial(Message, "invalid_input"))(**{**limits, "rule": told})
-
-
-def _limit(limit: object) -> str:
-    """A limit as it is read: 1000000000, not 1000000000.0."""
-    return f"{limit:.15g}" if isinstance(limit, float) else str(limit)
 
 
 def _path(location: Sequence[str | int]) -> str | None:

@@ -28,15 +28,15 @@ _AFTER: dict[Event, SessionState] = {
     "close": "closed",
 }
 
-_NEXT: dict[Step, str] = {
-    "initial": "take an initial run and a trial run in each plane, then ask for corrections",
-    "trial": "take a trial run in each plane, then ask for corrections",
-    "correction": "ask for corrections",
-    "plan": "ask for a plan: which stock masses go into which holes",
-    "fit": "stop and lock the machine, fit the masses of the plan, then report them fitted",
-    "check": "take a check run",
-    "decide": "close the session, or ask for corrections again to trim",
-    "closed": "the session is finished; open a new one to go on",
+_NEXT: dict[Step, Message] = {
+    "initial": Message("next_initial"),
+    "trial": Message("next_trial"),
+    "correction": Message("next_correction"),
+    "plan": Message("next_plan"),
+    "fit": Message("next_fit"),
+    "check": Message("next_check"),
+    "decide": Message("next_decide"),
+    "closed": Message("next_closed"),
 }
 
 
@@ -149,20 +149,20 @@ def under_way(stops: Sequence[Stop]) -> Stop | None:
     return last if last is not None and last.released_at is None and not last.cancelled else None
 
 
-def next_step(progress: Progress) -> str:
-    """What to do next, in a sentence; before a plan what is missing in fact, all runs but excluded ones counted."""
+def next_step(progress: Progress) -> Message:
+    """What to do next; before a plan what is missing in fact, all runs but excluded ones counted."""
     step = progress.step
     if step == "correction" and progress.corrections:
-        return "ask for corrections again: the runs changed since"
+        return Message("next_correction.again")
     if step == "decide" and progress.used and any(one.code in STOPS for one in progress.used[-1].warnings):
-        return "stop: take the masses of this round off again, then take a trial run in each plane"
+        return Message("next_decide.stop")
     if step not in ("initial", "trial") or not progress.used or progress.stop is not None:
         return _NEXT[step]
-    missing = ["an initial run"] if progress.needs_initial else []
-    missing += [f"a trial run in plane {name}" for name in progress.planes_to_try]
+    missing = [Message("next_runs.initial")] if progress.needs_initial else []
+    missing += [Message("next_runs.trial", plane=name) for name in progress.planes_to_try]
     if progress.runs_missing > len(missing):
-        missing.append(f"{progress.runs_missing - len(missing)} more trial runs: there is no phase")
-    return f"take {' and '.join(missing)}, then ask for corrections"
+        missing.append(Message("next_runs.more", count=progress.runs_missing - len(missing)))
+    return Message("next_runs", missing=missing)
 
 
 def after(session: SessionFacts, event: Event) -> SessionState:

@@ -36,7 +36,7 @@ class ShaftSet:
         if self.initial.shape != (n,):
             raise Refusal(Message("shaft_shapes", field="influence", value=n, sensors=len(self.initial)))
         if not (np.isfinite(self.initial).all() and np.isfinite(self.influence).all()):
-            raise Refusal(Message("not_finite", field="influence", value="a value that is not"))
+            raise Refusal(Message("not_finite", field="influence", value=float("nan")))
         if n < planes:
             raise Refusal(Message("shaft_too_few_sensors", field="influence", value=n, planes=planes))
         if self.condition > SINGULAR:

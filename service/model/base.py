@@ -19,6 +19,9 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
+from service.messages import Message
+from service.model.faults import BrokenRule
+
 T = TypeVar("T")
 
 STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
@@ -75,7 +78,7 @@ YEARS = range(1900, 9999)
 
 def _writable(moment: datetime) -> datetime:
     if moment.year not in YEARS:
-        raise ValueError(f"the year must be within {YEARS.start} and {YEARS.stop - 1}")
+        raise BrokenRule(Message("invalid_input.moment", first=str(YEARS.start), last=str(YEARS.stop - 1)))
     return moment
 
 

@@ -7,10 +7,13 @@ from typing import Annotated, Literal
 
 from pydantic import AwareDatetime, BeforeValidator
 
+from service.messages import Message
 from service.model.base import MAX_LIST, AngleDeg, Count, Key, Name, Positive, Text, document
 from service.model.correction import Correction
 from service.model.diagnostic import Diagnostic
+from service.model.faults import BrokenRule
 from service.model.machine import Catalogue, Machine
+from service.model.message import MessageData
 from service.model.plan import Plan
 from service.model.run import MassOnRotor, Run, RunOut
 from service.model.stop import Stop
@@ -53,7 +56,7 @@ class SessionRequest:
 
 def _not_reopened(state: object) -> object:
     if state in ("open", "corrected", "planned", "fitted", "checked"):
-        raise ValueError("a state but closed follows from what is stored, and a closed session cannot be reopened")
+        raise BrokenRule(Message("invalid_input.session_state"))
     return state
 
 
@@ -119,6 +122,8 @@ class Session(SessionSummary):
     """What is next: initial, trial, correction, plan, fit, check, decide, or closed."""
     next_step: str
     """What to do next, in a sentence."""
+    next_step_data: MessageData
+    """`next_step` as key and parameters, for other languages and units."""
     machine: Machine
     """The machine as it was when the session opened: every number of the session is meant in its conventions."""
     run_out: tuple[RunOut, ...]

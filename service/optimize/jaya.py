@@ -52,7 +52,6 @@ class JayaResult:
     """
 
     status: Literal["budget_spent", "stopped"]
-    message: str
     x: FloatArray
     value: float
     violation: float
@@ -228,7 +227,6 @@ def solve(
     done = state.number >= generations
     return JayaResult(
         status="budget_spent" if done else "stopped",
-        message=f"{state.number} of {generations} generations of {members} members, {runs} runs",
         x=state.x,
         value=state.value,
         violation=state.violation,

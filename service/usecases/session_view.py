@@ -9,6 +9,8 @@ from db.store import Store
 from service.engine.evidence.verdict import unchecked
 from service.engine.rotor_state import Drum, on_rotor, updated
 from service.engine.session_state import Progress, next_step
+from service.messages import parameters_json, render
+from service.model.message import MessageData
 from service.model.plan import Plan
 from service.model.session import Session, SessionSummary, SetApart
 from service.runtime.context import require
@@ -28,10 +30,12 @@ def session_view(store: Store, row: SessionRow) -> Session:
         plans=plans,
         stops=drum.stops,
     )
+    following = next_step(progress)
     return Session(
         **vars(session_summary(row)),
         step=progress.step,
-        next_step=next_step(progress),
+        next_step=render(following),
+        next_step_data=MessageData(key=following.key, parameters=parameters_json(following)),
         machine=row.machine,
         run_out=row.run_out,
         on_rotor=row.on_rotor,

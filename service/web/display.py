@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cache
 
 from markupsafe import Markup
 
@@ -18,16 +16,6 @@ from service.web.preferences import Preferences
 
 _VELOCITY = Sensor(name="velocity")
 """Stands for a limit that holds for every sensor: mm/s rms."""
-
-
-@cache
-def _standing_before(sign: str) -> re.Pattern[str]:
-    """A number in a sentence, its decimal sign a point or a comma, and this unit; not one of which it is a part."""
-    return re.compile(rf"(?<![\w.,])(\d+(?:[.,]\d+)?(?:e[+-]?\d+)?) {sign}(?![\w/·]|\.\w)")
-
-
-def _float(figure: str) -> float:
-    return float(figure.replace(",", "."))
 
 
 @dataclass(frozen=True)
@@ -84,14 +72,6 @@ class Display(Reader):
     def unbalance(self, gmm: float | None) -> str:
         """Mass times radius."""
         return self._with(units.unbalance(self.preferences), gmm)
-
-    def in_own_units(self, told: str) -> str:
-        """A sentence whose masses and lengths stand in g and mm, or in the reader's units where these are others."""
-        if self.preferences.mass != "g":
-            told = _standing_before("g").sub(lambda at: self.mass(_float(at[1])), told)
-        if self.preferences.length != "mm":
-            told = _standing_before("mm").sub(lambda at: self.length(_float(at[1])), told)
-        return told
 
     def amplitude(self, sensor: Sensor, value: float | None) -> str:
         """An amplitude of a sensor, in its quantity."""

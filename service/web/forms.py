@@ -17,8 +17,8 @@ from service.web import numbers
 from service.web.display import Display
 from service.web.language import N_, translations
 from service.web.preferences import Preferences
+from service.web.sentences import advice_of, message_of
 from service.web.units import DEGREES, Unit
-from service.web.wording import advice_of, message_of
 
 MAX_FIELDS = 4000
 LONGEST = 20_000

@@ -13,6 +13,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 from markupsafe import Markup
 
 from service.messages import Message
+from service.messages.catalogue import word
 from service.model.message import MessageData
 from service.runtime.context import AppContext
 from service.runtime.presence import Presence
@@ -23,7 +24,7 @@ from service.web.environment import environment
 from service.web.form_tokens import FIELD, FormToken
 from service.web.language import translations
 from service.web.preferences import COOKIE, LANGUAGES, Preferences
-from service.web.wording import Told, advice_of, message_of, sentence
+from service.web.sentences import Stated, advice_of, message_of, sentence
 
 FORM_KEY = "form_key"
 """The field with which a form is known when it is sent again."""
@@ -82,15 +83,19 @@ class Page:
         found = translations(self.language).gettext(message)
         return found % values if values else found
 
+    def word(self, name: str) -> str:
+        """A word of the product's vocabulary in the reader's language."""
+        return word("word", name, self.language)
+
     def words(self, told: str | Message | MessageData | None) -> str:
         """What a use case says, as a sentence in the reader's language and units."""
         return sentence(told, self.display)
 
-    def message(self, told: Told) -> str:
+    def message(self, told: Stated) -> str:
         """What an error or a finding says, as a sentence in the reader's language and units."""
         return message_of(told, self.display)
 
-    def advice(self, told: Told) -> str:
+    def advice(self, told: Stated) -> str:
         """What to do about an error or a finding, likewise."""
         return advice_of(told, self.display)
 

@@ -9,7 +9,6 @@ import pytest
 
 from service.web import numbers
 from service.web.preferences import LANGUAGES, Preferences
-from service.web.wording import words
 from tests.web.catalogue import extracted, stored, untranslated
 
 OTHERS = sorted(set(LANGUAGES) - {"en"})
@@ -114,11 +113,3 @@ def test_no_text_is_put_together_from_pieces_with_format_signs_left_over() -> No
             # Texts without a value are not filled in: braces in them are shown as they are.
             places = string.Formatter().parse(text) if "{0}" in text else ()
             assert all(name is None or name.isdigit() or name == "" for _, name, _, _ in places)
-
-
-def test_what_use_cases_say_is_translated_with_its_values() -> None:
-    said = "the phase varies by 12 degrees, 5 is steady"
-    assert words(said, "en") == "The phase varies by 12 degrees, 5 is steady"
-    assert words(said, "de") == "Die Phase schwankt um 12 Grad, ruhig sind 5"
-    assert words("nothing the catalogue knows {0}", "de") == "Nothing the catalogue knows {0}"
-    assert words("", "de") == ""

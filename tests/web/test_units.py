@@ -53,21 +53,6 @@ def test_numbers_carry_their_unit_in_the_language_of_the_reader() -> None:
     assert Display(INCHES).mass(28.349523125) == "1\N{NARROW NO-BREAK SPACE}oz"
 
 
-@pytest.mark.parametrize(
-    ("preferences", "told", "shown"),
-    [
-        (Preferences(), "100 g at 330 mm pull with 77 N", "100 g at 330 mm pull with 77 N"),
-        (INCHES, "100 g at 330 mm pull with 77 N", "3.527 oz at 12.99 in pull with 77 N"),
-        (INCHES, "2.5 mm/s of 1.5e2 g.mm; drum 3 g", "2.5 mm/s of 1.5e2 g.mm; drum 0.1058 oz"),
-        (Preferences(language="de", mass="oz"), "14,2 g in Loch 3", "0,5009 oz in Loch 3"),
-    ],
-)
-def test_a_sentence_says_masses_and_lengths_in_the_units_of_the_reader(
-    preferences: Preferences, told: str, shown: str
-) -> None:
-    assert Display(preferences).in_own_units(told).replace("\N{NARROW NO-BREAK SPACE}", " ") == shown
-
-
 P = Sensor(name="P")
 
 

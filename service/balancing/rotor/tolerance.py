@@ -30,7 +30,6 @@ _ZONES: dict[tuple[int, str], tuple[float, float, float]] = {
     (1, "rigid"): (2.3, 4.5, 7.1),
     (1, "flexible"): (3.5, 7.1, 11.0),
 }
-ZONE_SCOPE = "ISO 20816-3: industrial machines above 15 kW, 120 to 15000 r/min; mobile machines are outside its scope"
 
 
 @dataclass(frozen=True)
@@ -124,7 +123,10 @@ def reached(
 
 
 def vibration_zone(velocity_mm_s_rms: float, group: Group, support: Support) -> Zone:
-    """Find the zone of ISO 20816-3 for a broadband velocity, and a group that the user picked; see `ZONE_SCOPE`."""
+    """Find the zone of ISO 20816-3 for a broadband velocity, and a group that the user picked.
+
+    It is for industrial machines above 15 kW, 120 to 15000 r/min; mobile machines are outside its scope.
+    """
     if (group, support) not in _ZONES:
         raise NumericsError(Message("numerics.zone_unknown", group=group, support=support), field="group")
     if not velocity_mm_s_rms >= 0.0:

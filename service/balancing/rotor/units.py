@@ -14,7 +14,7 @@ import numpy as np
 
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.errors import NumericsError
-from service.messages import Message
+from service.messages import Message, Word
 
 Quantity = Literal["displacement", "velocity", "acceleration"]
 Detection = Literal["rms", "peak", "peak_to_peak"]
@@ -42,7 +42,13 @@ class Scale:
         if self.quantity not in _SI:
             raise _unknown("quantity", self.quantity, _SI)
         if self.unit not in _SI[self.quantity]:
-            raise _unknown(f"unit of {self.quantity}", self.unit, _SI[self.quantity])
+            raise NumericsError(
+                Message(
+                    "numerics.unit_of_quantity", quantity=Word(self.quantity), value=self.unit, known=_SI[self.quantity]
+                ),
+                field="unit",
+                value=self.unit,
+            )
         if self.detection not in _PER_PEAK:
             raise _unknown("detection", self.detection, _PER_PEAK)
 
@@ -96,5 +102,5 @@ def _unknown(
     what: str, value: str, known: dict[str, object] | dict[str, float] | dict[str, dict[str, float]]
 ) -> NumericsError:
     return NumericsError(
-        Message("numerics.unit_unknown", what=what, value=value, known=known), field=what.split()[0], value=value
+        Message("numerics.unit_unknown", what=Word(what), value=value, known=known), field=what, value=value
     )

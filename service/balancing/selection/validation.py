@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from service.balancing.rotor.phasors import FloatArray
 from service.balancing.selection.problem import BoolArray, Norm, Objective, SelectionPlane, SelectionProblem, Stock
 from service.errors import NumericsError
-from service.messages import Message, Quantity
+from service.messages import Message, Quantity, Word
 
 COINCIDENT_RAD = 1e-6
 """Two positions nearer than this are one hole stated twice."""
@@ -65,10 +65,10 @@ def _plane(plane: SelectionPlane, name: str) -> None:
     _apart(angles, name)
     _shape(plane.capacity, angles.shape, f"{name}.capacity")
     _shape(plane.capacity_g, angles.shape, f"{name}.capacity_g")
-    _not_negative(plane.capacity, f"{name}.capacity", "0 blocks a position")
-    _not_negative(plane.capacity_g, f"{name}.capacity_g", "0 blocks a position")
-    _not_negative(np.array([plane.max_pieces]), f"{name}.max_pieces", "0 leaves the plane empty")
-    _not_negative(np.array([plane.max_mass_g]), f"{name}.max_mass_g", "0 leaves the plane empty")
+    _not_negative(plane.capacity, f"{name}.capacity", "zero_blocks_position")
+    _not_negative(plane.capacity_g, f"{name}.capacity_g", "zero_blocks_position")
+    _not_negative(np.array([plane.max_pieces]), f"{name}.max_pieces", "zero_empties_plane")
+    _not_negative(np.array([plane.max_mass_g]), f"{name}.max_mass_g", "zero_empties_plane")
     if not (math.isfinite(plane.fixed.real) and math.isfinite(plane.fixed.imag)):
         raise NumericsError(
             Message("numerics.fixed_not_finite", name=name, fixed=plane.fixed),
@@ -111,10 +111,10 @@ def _stock(stock: Stock, free: BoolArray) -> None:
             field="stock.masses_g",
             value=float(masses[bad][0]),
         )
-    _not_negative(fasteners, "stock.fasteners_g", "0 where the fastener is not weighed")
+    _not_negative(fasteners, "stock.fasteners_g", "zero_fastener")
     if not np.isfinite(fasteners).all():
         raise NumericsError(Message("numerics.fastener_not_finite"), field="stock.fasteners_g")
-    _not_negative(counts, "stock.counts", "0 where the box is used up")
+    _not_negative(counts, "stock.counts", "zero_used_up")
     order = np.lexsort((fasteners[free], masses[free]))
     pairs = np.stack([masses[free], fasteners[free]])[:, order]
     again = (pairs[:, 1:] == pairs[:, :-1]).all(axis=0)
@@ -139,7 +139,7 @@ def _not_negative(array: NDArray[np.generic], name: str, hint: str) -> None:
     bad = ~(values >= 0.0)
     if bad.any():
         raise NumericsError(
-            Message("numerics.entry_negative", name=name, value=values[bad][0], hint=hint),
+            Message("numerics.entry_negative", name=name, value=values[bad][0], hint=Word(hint)),
             field=name,
             value=float(values[bad][0]),
         )

@@ -166,10 +166,6 @@ def _checked_name(name: str) -> str:
     return checked
 
 
-def _scopes_there_are() -> str:
-    return f"state one or more of {', '.join(SCOPES)}"
-
-
 def _view(row: TokenRow) -> Token:
     return Token(
         id=row.id,

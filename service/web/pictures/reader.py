@@ -11,8 +11,8 @@ from service.web.display import Display
 from service.web.language import translations
 from service.web.numbers import MINUS
 from service.web.preferences import Preferences
+from service.web.sentences import Stated, advice_of, message_of, sentence
 from service.web.units import Unit
-from service.web.wording import Told, advice_of, message_of, sentence
 
 
 class Reader:
@@ -30,11 +30,11 @@ class Reader:
         """What a use case says, as a sentence in the reader's language and units, without a full stop."""
         return sentence(told, self.show)
 
-    def message(self, told: Told) -> str:
+    def message(self, told: Stated) -> str:
         """What an error or a finding says, likewise."""
         return message_of(told, self.show)
 
-    def advice(self, told: Told) -> str:
+    def advice(self, told: Stated) -> str:
         """What to do about an error or a finding, likewise."""
         return advice_of(told, self.show)
 

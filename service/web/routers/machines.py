@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from service.engine.mapping import Channel, bearing_places, limit_of
 from service.errors import DrumtrueError
 from service.model.base import read_json, to_plain, write_json
+from service.model.faults import message_of
 from service.model.machine import Machine, StoredMachine
 from service.usecases.arrangements import place_sets
 from service.usecases.machines import influence, machines
@@ -127,4 +128,4 @@ def _refused(page: Page, form: Form, error: DrumtrueError | ValidationError) -> 
     for fault in error.errors():
         path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in fault["loc"]).lstrip(".")
         beside = max((name for name in form.values if path.startswith(name)), key=len, default="")
-        form.errors.setdefault(beside, page.words(str(fault["msg"]).removeprefix("Value error, ")))
+        form.errors.setdefault(beside, page.words(message_of(fault)))

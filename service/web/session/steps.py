@@ -94,7 +94,7 @@ class TrialAdvice:
     """The piece of the box next to the suggestion, g."""
     hole_deg: float
     """Angle of the hole to use."""
-    why_not: Message | str | None
+    why_not: Message | None
 
 
 def trial_advice(page: Page, guide: Guide, plane: str) -> TrialAdvice:
@@ -104,7 +104,7 @@ def trial_advice(page: Page, guide: Guide, plane: str) -> TrialAdvice:
         found = influence.suggest_trials(page.work, guide.session.id)
         suggestion = next(one for one in found if one.plane == plane)
     except InvalidInput as refused:
-        why_not = refused.data or refused.message
+        why_not = refused.data
     positions = guide.plane(plane).positions_deg
     wanted = suggestion.angle_deg if suggestion is not None and suggestion.angle_deg is not None else positions[0]
     hole = min(positions, key=lambda at: abs((at - wanted + 180.0) % 360.0 - 180.0))
