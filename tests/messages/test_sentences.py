@@ -33,7 +33,9 @@ def is_sentence(node: ast.AST) -> bool:
     """Whether an expression is a text with spaces, with values in it or not."""
     parts = [node] if isinstance(node, ast.Constant) else getattr(node, "values", [])
     texts = [part.value for part in parts if isinstance(part, ast.Constant) and isinstance(part.value, str)]
-    return isinstance(node, ast.Constant | ast.JoinedStr) and WORDS.search(" ".join(texts)) is not None
+    return (
+        isinstance(node, ast.Constant | ast.JoinedStr) and WORDS.search(" ".join(" ".join(texts).split())) is not None
+    )
 
 
 def docstrings(tree: ast.AST) -> set[int]:
