@@ -76,7 +76,8 @@ def fresh(engine: Engine, folder: Path) -> Iterator[Workshop]:
 def walked(shop: Workshop, names: Names) -> dict[str, str]:
     """Text of everything that is shown of a session, by reader and address, at two moments and of refusals."""
     machine, box, key = opened(shop, names)
-    drum, seen = names.drum(), {}
+    drum = names.drum()
+    seen: dict[str, str] = {}
     shop.run(key, "initial", drum=drum)
     shop.run(key, "trial", [mass(names.plane_1, 2000.0, 20.0)], drum)
     shop.run(key, "trial", [mass(names.plane_1, 1.0, 20.0)], drum)
