@@ -119,7 +119,7 @@ def run_robust(posed: PlanProblem, nominal: Solved, stop: Callable[[], bool]) ->
 
 def _stated(posed: PlanProblem, stating: Uncertain, aim: RobustAim, state: RobustState) -> list[SelectionResult]:
     """Selections as results whose values are stated by draws that did not choose them."""
-    message = f"the best of {state.evaluations} selections over {CHOOSING} draws of the coefficients; nothing is proved"
+    message = Message("robust_search", evaluations=state.evaluations, draws=CHOOSING)
     results = [result_of(posed.problem, one, "heuristic", message, state.evaluations) for one in state.selections]
     aims = robust_aims(stating, aim, np.array([one.vectors for one in results]))[:, 0]
     return [replace(one, value=value, lower_bound=0.0) for one, value in zip(results, aims.tolist(), strict=True)]

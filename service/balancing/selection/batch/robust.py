@@ -24,6 +24,8 @@ from service.balancing.selection.batch.tables import Shared
 from service.balancing.selection.exact.search import search_exact
 from service.balancing.selection.placements import Selection, broken_limit, effective_g, vectors_of
 from service.balancing.selection.problem import Objective, Piece, SelectionProblem
+from service.errors import NumericsError
+from service.messages import Message
 
 Aim = Literal["quantile_95", "probability_within_limits"]
 
@@ -65,13 +67,13 @@ def robust_aims(uncertain: Uncertain, aim: Aim, candidates: ComplexArray) -> Flo
     """Aims (C, 2) of vector sums (C, P) in g, ascending in the first, equals told apart by the second.
 
     quantile_95: of the objective, twice. probability_within_limits: share of the draws with a limit broken, and the
-    95 % quantile of the worst share of a limit. Raises ValueError for that aim without limits.
+    95 % quantile of the worst share of a limit. Raises NumericsError for that aim without limits.
     """
     if aim == "quantile_95":
         quantile = np.quantile(values_of(uncertain.objectives, candidates), QUANTILE, axis=0)
         return np.stack([quantile, quantile], axis=1)
     if uncertain.limited is None:
-        raise ValueError("the aim probability_within_limits must have limits")
+        raise NumericsError(Message("numerics.robust_without_limits"), field="aim", value=aim)
     worst = values_of(uncertain.limited, candidates)
     return np.stack([(worst > 1.0).mean(axis=0), np.quantile(worst, QUANTILE, axis=0)], axis=1)
 
