@@ -331,9 +331,7 @@ def _speeds(machine: Machine, rows: Sequence[Channel]) -> tuple[Diagnostic, ...]
     nearest = min(measured, key=lambda rpm: abs(rpm - service))
     return (
         diagnostic(
-            Message(
-                "service_speed_not_measured", service=Quantity(service, "r/min"), measured=Quantity(nearest, "r/min")
-            ),
+            Message("service_speed_not_measured", service_rpm=service, measured_rpm=nearest),
             "warning",
         ),
     )

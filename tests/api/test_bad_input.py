@@ -377,7 +377,7 @@ def test_a_request_that_breaks_a_rule(
 
 def test_a_run_with_both_readings_and_take_is_told_so(shared_shop: Workshop, names: dict[str, str]) -> None:
     problem = refuse(shared_shop, names, "POST", RUN, {**INITIAL, "take": TAKE}, 422, "invalid_input")
-    assert problem["detail"] == "a run has either readings or take, not both"
+    assert problem["detail"] == "a run must have readings or take, got both"
     assert "amplitude" in str(problem["value"])
 
 

@@ -95,5 +95,5 @@ def test_a_file_that_is_gone_is_told_not_raised(tmp_path: Path) -> None:
 
 
 def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="holds no session log"):
+    with pytest.raises(InvalidInput, match="must hold session logs"):
         compare_folder(tmp_path, print)

@@ -105,7 +105,7 @@ def test_without_scatter_every_draw_is_the_answer_itself(log: SessionLog) -> Non
     assert found.same == 1.0
     for spread in (*found.masses, *found.predicted):
         assert spread.low == pytest.approx(spread.high, rel=1e-9)
-    with pytest.raises(InvalidInput, match="states no scatter in run 1"):
+    with pytest.raises(InvalidInput, match="must state its scatter in run 1"):
         study(unstated, 3, 1, workers=1)
 
 

@@ -58,7 +58,7 @@ def test_a_backup_is_written_once_and_restored_into_what_is_empty(
 ) -> None:
     file = tmp_path / "backup.db"
     assert "2 sessions, 1 reading," in ran("backup", str(file), *at(url))
-    with pytest.raises(Conflict, match="is there already"):
+    with pytest.raises(Conflict, match="exists already"):
         ran("backup", str(file), *at(url))
     with pytest.raises(InvalidInput, match="cannot write"):
         ran("backup", str(tmp_path / "nowhere" / "backup.db"), *at(url))
@@ -220,13 +220,13 @@ def test_sessions_go_to_a_file_and_into_another_database(
     assert "--session" in (many.value.advice or "")
     assert json.loads(ran("solve", str(every), "--session", sessions[0], "--json"))["changed"] == []
     for file in (every, one):
-        with pytest.raises(InvalidInput, match="none of them 'none':\n"):
+        with pytest.raises(InvalidInput, match='none of them "none":\n'):
             ran("solve", str(file), "--session", "none")
     one.write_text(json.dumps(json.loads(one.read_text()), indent=2))
     assert "1 session stored, 0 here already" in ran("import", str(one), *at(empty))
     assert "1 session stored, 1 here already" in ran("import", str(every), *at(empty))
     assert "everything is as it was written" in ran("verify", *at(empty))
-    with pytest.raises(Conflict, match="is there already"):
+    with pytest.raises(Conflict, match="exists already"):
         ran("export", "--all", "--to", str(every), *at(url))
     with pytest.raises(NotFound, match="no session 'none'"):
         ran("export", sessions[0], "none", "--to", str(tmp_path / "some"), *at(url))

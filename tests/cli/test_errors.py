@@ -67,14 +67,14 @@ def test_a_port_that_is_taken(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
 @pytest.mark.parametrize(
     ("text", "word"),
     [
-        (b"{", "no JSON"),
-        (b"\xff\xfe", "no JSON"),
+        (b"{", "must be JSON"),
+        (b"\xff\xfe", "must be JSON"),
         (b"[]", "the log: Input should be an object"),
         (b"{}", "machine: Field required"),
         (b'{"machine": NaN, "runs": []}', "machine: Input should be an object"),
         (b'{"machine": {"name": "drum", "service_speed_rpm": NaN}}', "machine.service_speed_rpm"),
         (b'{"machine": null, "runs": [{"kind": "initial", "readings": [null]}]}', "machine"),
-        (b"[" * 100_000, "no JSON"),
+        (b"[" * 100_000, "must be JSON"),
     ],
     ids=["no JSON", "no text", "a list", "nothing", "nan", "nan in the machine", "null", "too deep"],
 )

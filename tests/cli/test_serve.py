@@ -117,7 +117,7 @@ def test_a_port_that_is_taken_is_told_as_such() -> None:
 
 
 def test_an_empty_database_address_is_refused_and_an_empty_variable_is_none() -> None:
-    with pytest.raises(InvalidInput, match="address of the database is empty"):
+    with pytest.raises(InvalidInput, match="address of the database must not be empty"):
         Settings.from_environment({}, database_url="")
     assert Settings.from_environment({"DRUMTRUE_DATABASE_URL": ""}) == Settings()
 

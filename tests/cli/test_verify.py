@@ -31,7 +31,7 @@ def test_it_names_the_session_that_was_altered(shop: Workshop, capsys: pytest.Ca
 
 def test_a_head_that_is_none_is_told(shop: Workshop) -> None:
     url = shop.work.database.url.render_as_string(hide_password=False)
-    with pytest.raises(InvalidInput, match="no entry of the chain"):
+    with pytest.raises(InvalidInput, match="must be an entry of the chain"):
         verify_history(url, "7")
 
 

@@ -31,7 +31,7 @@ def test_kept_masses_that_break_a_limit_make_the_plan_infeasible_with_the_reason
     session, correction, fitted = fitted_session(shop)
     first = fitted["fitted"][0]
     request: dict[str, Any] = {"max_masses_per_plane": 1}
-    said = "carries 3 masses, the limit is 1"
+    said = "must carry at most 1 masses, it has 3"
     if what == "blocked":
         hole = {"plane": first["plane"], "position_deg": first["position_deg"]}
         request, said = {"max_masses_per_plane": 3, "blocked": [hole]}, "is blocked and carries a mass"

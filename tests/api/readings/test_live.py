@@ -88,10 +88,10 @@ def around(vector: complex, spread: complex, count: int) -> list[complex]:
     [
         ([cmath.rect(3.0, 1.0)] * 4, "4 readings so far, 5 are needed"),
         (around(cmath.rect(3.0, 1.0), 0.04 + 0.0j, 20), None),
-        (around(cmath.rect(3.0, 1.0), 0.06 + 0.0j, 20), "the amplitude varies by 6 %"),
+        (around(cmath.rect(3.0, 1.0), 0.06 + 0.0j, 20), "the amplitude varies by 6%"),
         (around(cmath.rect(3.0, 0.0), 0.07j, 20), None),  # 4 degrees either side of the mark, where 359 follows 0
         (around(cmath.rect(3.0, 0.0), 0.12j, 20), "the phase varies by 7 degrees"),
-        ([cmath.rect(3.0 + 0.02 * index, 1.0) for index in range(20)], "the vibration drifts by 6 %"),
+        ([cmath.rect(3.0 + 0.02 * index, 1.0) for index in range(20)], "the vibration drifts by 6%"),
     ],
 )
 def test_when_a_run_may_be_taken(stage: Stage, vectors: list[complex], words: str | None) -> None:

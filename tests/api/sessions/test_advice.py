@@ -46,7 +46,7 @@ WORDED = [
     ("POST", "/machines", machine_body("a\tb\x01"), "name", "characters that "),
     ("PATCH", "/sessions/$session/runs/$run", {"excluded": True, "reason": " "}, "reason", "at least 1 char"),
     ("POST", "/catalogues/$box/stock", NOTHING_MOVED, "pieces[0].pieces", "a movement of"),
-    ("GET", "/history?kind=foo", None, "kind", "no history of 'foo'"),
+    ("GET", "/history?kind=foo", None, "kind", 'no history of "foo"'),
     ("GET", "/sources/x/readings?from=2026-03-02T00:00:00Z&to=2026-03-01T00:00:00Z", None, "from", "after the last"),
 ]
 

@@ -64,7 +64,7 @@ def test_what_is_held_for_a_plan_nobody_else_can_fit(shop: Workshop) -> None:
     shop.fit(first)
     assert balances(shop, box, mass_g) == (0, 0, 0)
     problem = shop.refused("POST", f"/plans/{second['id']}/fitted", {}, 409, "out_of_stock")
-    assert "last fitted by Technician 1" in problem["detail"]
+    assert "last mounted by Technician 1" in problem["detail"]
 
 
 def test_a_hold_ends_by_itself(shop: Workshop) -> None:

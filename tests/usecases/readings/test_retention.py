@@ -103,5 +103,5 @@ def test_a_source_counts_on_from_what_was_removed(shop: Workshop, machine: str) 
 
 
 def test_no_days_are_refused(shop: Workshop) -> None:
-    with pytest.raises(InvalidInput, match="a day at least"):
+    with pytest.raises(InvalidInput, match="for at least 1 day"):
         retain(shop.work, 0)
