@@ -13,6 +13,7 @@ from drivers.bridge.http import HttpOut
 from drivers.bridge.spool import Spool
 from drivers.reading import Reading
 from service.chaos.load import Caller, GivenUp
+from service.messages import Message
 
 PUT = 100
 """Readings that are kept at a time."""
@@ -67,7 +68,7 @@ class FieldBridge:
         caller.interrupted += 1
         caller.last = delivery.away
         if caller.ended():
-            raise GivenUp(f"{self.source}: {spool.waiting()} readings wait in the spool; at last: {delivery.away}")
+            raise GivenUp(Message("given_up.spooled", source=self.source, waiting=spool.waiting(), last=delivery.away))
         time.sleep(PAUSE_S)
 
     def _now(self) -> datetime:
