@@ -74,7 +74,7 @@ def test_a_name_is_used_once_and_an_unknown_one_told(url: str) -> None:
     ran("token", "revoke", "x", "--database-url", url)
     with pytest.raises(Conflict, match='must differ from all before it, got "x" again'):
         ran("token", "create", "x", "--scope", "read", "--database-url", url)
-    with pytest.raises(NotFound, match="no token 'y'"):
+    with pytest.raises(NotFound, match='no token "y"'):
         ran("token", "revoke", "y", "--database-url", url)
 
 
