@@ -33,16 +33,16 @@ def explain_limit(
     nearest = solve_exact(problem, stop=stop)
     continuous = _any_masses(problem)
     reason = Message(
-        "limit_not_met" if nearest.status == "optimal" else "limit_not_met.found_in_time",
+        "selection_limit_not_met" if nearest.status == "optimal" else "selection_limit_not_met.found_in_time",
         nearest=nearest.value,
         limit=limit,
-        remedy=Message("limit_not_met.any_masses", continuous=continuous)
+        remedy=Message("selection_limit_not_met.any_masses", continuous=continuous)
         if continuous > limit * (1.0 + SAME)
         else _what_helps(problem, limit, stop),
     )
     return SelectionResult(
         status="infeasible",
-        message=Message("limit_not_met.proved"),
+        message=Message("selection_limit_not_met.proved"),
         pieces=None,
         value=math.inf,
         lower_bound=nearest.lower_bound,

@@ -102,13 +102,7 @@ def front(
 ) -> tuple[ArrangementPoint, ...]:
     """The best arrangement for each number of moves, as far as one more makes it better. Raises InvalidInput."""
     if all(part.present is None for part in request.parts):
-        raise InvalidInput(
-            "moves are counted from the present arrangement, which is not stated",
-            code="present_missing",
-            field="parts",
-            value=None,
-            advice="state where each part is now with `present`",
-        )
+        raise InvalidInput(Message("present_missing.moves"), field="parts", value=None)
     posed = _posed(ground, replace(request, max_moves=None, mode="best", limit=None))
     begun = monotonic()
     found = {}
