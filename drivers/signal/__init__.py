@@ -4,10 +4,12 @@
 |---|---|
 | `block` | a block of samples, its channels and its key-phasor edges |
 | `edges` | edges in a sampled tachometer signal, between the samples |
-| `turns` | missed and extra edges repaired or refused; rotor angle and speed at any time |
+| `revolutions` | missed and extra edges repaired or refused; rotor angle and speed at any time |
+| `steadying` | edges put on the smooth course that they follow, and how far it may be off |
 | `windows` | tapers over the turns of a block |
 | `orders` | 1x and harmonics by weighted least squares in the angle domain |
-| `scatter` | standard deviation of the 1x vector, from sub-blocks |
+| `scatter` | standard deviation of the 1x vector, from what is left around it |
+| `wander` | what the 1x vector does with the speed, and a drift that nothing explains |
 | `neighbours` | a tone of another machine beside the 1x component |
 | `close_tones` | a tone too near 1x for the taper, fitted jointly and taken out |
 | `pulses` | several marks a turn, told from the vibration |

@@ -14,12 +14,15 @@ import numpy as np
 
 from drivers.signal.block import Floats
 from drivers.signal.orders import Course, normal_equations
+from drivers.signal.wander import speed_rows
 
-NEAREST, FARTHEST = 0.45, 4.5
+NEAREST, FARTHEST = 0.36, 4.5
 """Beats in the block that a tone must make to be told from 1x, and beyond which the taper keeps it out."""
 MIN_TURNS = 8
 PER_TURN = 8
 STEPS_A_BEAT = 6
+GAUSS_NEWTON, MAX_BEATS = 3, 0.1
+"""Steps by which the frequency of a tone is improved, and the largest of them, in beats."""
 SURE = 15.0
 """Ratio F of what the tone explains, for each of its two numbers, to what is left for each sample."""
 MIN_SHARE = 0.03
@@ -49,7 +52,8 @@ def close_tone_of(course: Course, basis: Floats, values: Floats, seen: Floats, o
         return None
     place = np.linspace(0.0, 1.0, len(values))
     step = max(1, len(values) // (PER_TURN * turns))
-    thin = _Thin(basis, values, seen, course.place, place, step, turns)
+    known = np.vstack([basis, speed_rows(course, basis)])
+    thin = _Thin(known, values, seen, course.place, place, step, turns)
     beats = np.arange(NEAREST, min(FARTHEST, 0.45 * turns), 1.0 / STEPS_A_BEAT)
     orders = 1.0 + np.concatenate([-beats[::-1], beats]) / turns
     best = float(orders[int(np.argmax(thin.explained(orders)))])
@@ -61,8 +65,8 @@ def close_tone_of(course: Course, basis: Floats, values: Floats, seen: Floats, o
         width /= 5.0
     if not thin.sure(best):
         return None
-    tone = _fitted(basis, values, seen, place, best, turns)
-    return tone if tone.amplitude >= MIN_SHARE * one_x else None
+    tone = _fitted(known, len(basis), values, seen, place, best, turns)
+    return tone if tone is not None and tone.amplitude >= MIN_SHARE * one_x else None
 
 
 class _Thin:
@@ -107,16 +111,25 @@ class _Thin:
         return self._free > 0 and 0.5 * found > SURE * left / self._free
 
 
-def _fitted(basis: Floats, values: Floats, seen: Floats, place: Floats, order: float, turns: int) -> CloseTone:
-    angle = math.tau * order * turns * place
-    pair = np.stack([np.cos(angle), np.sin(angle)])
-    rows = np.vstack([basis, pair])
-    matrix, side = normal_equations(rows, seen, values)
-    found = np.linalg.solve(matrix, side)
-    # Its frequency was found as well: a third number that the orders share with it.
-    slide = (place - 0.5) * (found[-1] * pair[0] - found[-2] * pair[1])
-    whole, _ = normal_equations(np.vstack([rows, slide]), seen, values)
-    alone, joint = np.linalg.inv(matrix[:-2, :-2]), np.linalg.pinv(whole, hermitian=True)
+def _fitted(
+    known: Floats, orders: int, values: Floats, seen: Floats, place: Floats, order: float, turns: int
+) -> CloseTone | None:
+    """The tone beside known rows (m, n), the first so many of them the orders'; None where it comes too near 1x.
+
+    Its frequency is improved by Gauss and Newton's method: the last row is the change of the tone with it, in beats.
+    """
+    for _ in range(GAUSS_NEWTON):
+        angle = math.tau * order * turns * place
+        pair = np.stack([np.cos(angle), np.sin(angle)])
+        found = np.linalg.solve(*normal_equations(np.vstack([known, pair]), seen, values))
+        slide = math.tau * (place - 0.5) * (found[-1] * pair[0] - found[-2] * pair[1])
+        matrix, side = normal_equations(np.vstack([known, pair, slide]), seen, values)
+        beats = float(np.linalg.lstsq(matrix, side, rcond=1e-12)[0][-1])
+        order += min(max(beats, -MAX_BEATS), MAX_BEATS) / turns
+        if abs(order - 1.0) * turns < NEAREST:
+            return None
+    alone = np.linalg.inv(matrix[:orders, :orders])
+    joint = np.linalg.pinv(matrix, hermitian=True)  # with its frequency: a third number that the orders share with it
     widening = math.sqrt(float((joint[2, 2] + joint[3, 3]) / (alone[2, 2] + alone[3, 3])))
     samples = np.asarray(found[-2:] @ pair, float)
     return CloseTone(order, math.hypot(found[-2], found[-1]), samples, widening)

@@ -17,14 +17,24 @@ STEP = 8.0
 """Steps of the converter that a signal must jump at the end of a level stretch. The top of a sine coarsely converted is
 level too: over 3 samples and more it leaves by fewer than 3 steps, and noise below 8 steps may repeat a value."""
 AT_FULL_SCALE = 0.999
+SAME = 1e-9
+"""Share of the range by which values may differ that are one: less than the step of any converter."""
+PILE, MIN_PILE, BESIDE = 4.0, 6, 12
+"""Times as many samples, and how many, have the extreme value as any of the next values to it, for it to be cut off.
+The top of a sine coarsely converted has 2.4 times as many as the next step."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Integrity:
-    """clipped: number of samples cut off. lost (n,): samples that were never measured."""
+    """clipped: number of samples cut off. lost (n,): samples that were never measured. step: the converter's.
+
+    piled: samples at the extreme values that only clipping explains, unless there is no noise.
+    """
 
     clipped: int
     lost: NDArray[np.bool_]
+    step: float = 0.0
+    piled: int = 0
 
 
 def integrity_of(samples: Floats, full_scale: float | None = None) -> Integrity:
@@ -39,7 +49,8 @@ def integrity_of(samples: Floats, full_scale: float | None = None) -> Integrity:
     if seen.size == 0 or seen.min() == seen.max():
         return Integrity(0, np.ones_like(lost))
     starts, lengths, values, jumps = _level_stretches(samples)
-    sudden = jumps > STEP * _step(seen)
+    step = _step(seen)
+    sudden = jumps > STEP * step
     extreme = (values == seen.min()) | (values == seen.max())
     flat = extreme & sudden & (lengths >= FLAT_TOP)
     frozen = ~extreme & sudden & (lengths >= FROZEN)
@@ -48,7 +59,24 @@ def integrity_of(samples: Floats, full_scale: float | None = None) -> Integrity:
         clipped = max(clipped, int(np.count_nonzero(np.abs(seen) >= AT_FULL_SCALE * full_scale)))
     for start, length in zip(starts[frozen], lengths[frozen], strict=True):
         lost[start : start + length] = True
-    return Integrity(clipped, lost)
+    return Integrity(clipped, lost, step, _piled_up(seen))
+
+
+def _piled_up(seen: Floats) -> int:
+    """Samples at a greatest or least value that far more of them have than have any other near it.
+
+    So few samples a turn that none of its tops is level over three of them show clipping in this way alone.
+    """
+    # At a true top time hardly matters: arithmetic leaves equal values there that it leaves a little apart elsewhere.
+    grain = SAME * float(np.ptp(seen))
+    levels, counts = np.unique(np.round(seen / grain), return_counts=True)
+    if len(levels) < 3 * BESIDE:
+        return 0
+    found = 0
+    for end, near in ((counts[-1], counts[-1 - BESIDE : -1]), (counts[0], counts[1 : 1 + BESIDE])):
+        if end >= MIN_PILE and end > PILE * near.max():
+            found += int(end)
+    return found
 
 
 def _step(seen: Floats) -> float:

@@ -1,7 +1,7 @@
 """Key-phasor edges as turns of the rotor: faults repaired or refused, angle and speed at any time.
 
-Between edges the angle follows a cubic Hermite curve whose slope at each edge is that of the parabola through it and
-its neighbours: a constant angular acceleration is followed exactly, and where edges were missed the curve runs on.
+Between edges the angle follows the cubic spline through all of them: an even angular acceleration is followed exactly,
+hunting within some turns closely, and where edges were missed the curve runs on.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from drivers.checks import require
 from drivers.errors import SignalRefused
@@ -28,8 +29,6 @@ OUT_OF_STEP = 0.12
 STEP_SLIP, PLACE_SLIP = 1.6, 1.1
 """As OUT_OF_STEP and OUT_OF_PLACE, in sample intervals of a sampled key-phasor: an edge is off by up to half of one."""
 LARGEST_SLIP = 0.4
-ROUNDED = 0.6
-"""Sample intervals by which an edge may be off a smooth course for rounding alone to explain it."""
 OUT_OF_PLACE = 0.02
 """Share of a turn by which an edge may always differ from the line between its neighbours."""
 
@@ -104,34 +103,6 @@ def turns_of(edges_s: Floats, *, most: int | None = MAX_EDGES, step_s: float = 0
     return turns
 
 
-def timing_error(turns: Revolutions, step_s: float) -> tuple[float, float]:
-    """Standard deviation of the time that all edges may be off together, and of each of them besides, s.
-
-    Each edge in a signal that was sampled every step_s lies within half of that of where it was found. Along a smooth
-    course the edges fall on all places between two samples, unless the sampling keeps to the turn: the widest part of
-    the interval on which none falls is left open for all of them. What they scatter beyond the rounding is their own.
-    """
-    t, y = turns.times, turns.numbers
-    if len(t) < 5:
-        return step_s / math.sqrt(12.0), 0.0
-    share = (t[1:-1] - t[:-2]) / np.maximum(t[2:] - t[:-2], 1e-300)
-    line = y[:-2] + share * (y[2:] - y[:-2])
-    period = float((t[-1] - t[0]) / (y[-1] - y[0]))
-    variance = float(np.mean((line - y[1:-1]) ** 2)) / 1.5 * period**2
-    each = math.sqrt(max(variance - step_s**2 / 12.0, 0.0))
-    if step_s == 0.0:
-        return 0.0, each
-    middle = 2.0 * (y - y[0]) / (y[-1] - y[0]) - 1.0
-    for degree in range(1, min(3, len(t) - 4) + 1):  # the simplest course that rounding explains
-        course = np.polynomial.chebyshev.chebvander(middle, degree)
-        smooth = course @ np.linalg.lstsq(course, t, rcond=None)[0]
-        if np.abs(t - smooth).max() <= ROUNDED * step_s:
-            break
-    places = np.sort(smooth / step_s % 1.0)
-    widest = float(np.max(np.diff(np.append(places, places[0] + 1.0))))
-    return widest * step_s / math.sqrt(12.0), each
-
-
 def one_a_turn(edges_s: Floats, pulses: int, *, before: int = 0, step_s: float = 0.0) -> Floats:
     """Every `pulses`-th edge of edges (m,), s, counted over those that were missed.
 
@@ -197,9 +168,5 @@ def _judge(turns: Revolutions, longest_gap: int) -> None:
 
 
 def _slopes(t: Floats, y: Floats) -> Floats:
-    """Slope at each knot of the parabola through it and its neighbours, at the ends through the nearest three."""
-    h, d = np.diff(t), np.diff(y) / np.diff(t)
-    inner = (d[:-1] * h[1:] + d[1:] * h[:-1]) / (h[:-1] + h[1:])
-    first = d[0] + (d[0] - d[1]) * h[0] / (h[0] + h[1])
-    last = d[-1] + (d[-1] - d[-2]) * h[-1] / (h[-1] + h[-2])
-    return np.concatenate([[first], inner, [last]])
+    """Slope at each knot of the cubic spline through all."""
+    return np.asarray(CubicSpline(t, y)(t, 1), float)

@@ -45,13 +45,13 @@ def test_a_faultless_pulse_is_taken_from_five_samples_a_turn_on(per_turn: float,
 @pytest.mark.parametrize("per_turn", [8.0, 20.0, 50.0, 50.3, 200.0])
 def test_the_stated_scatter_holds_the_error_of_the_edges(per_turn: float) -> None:
     ratios = []
-    for seed in range(30):
+    for seed in range(60):
         got = one(block(seed, per_turn, noise=0.007))
         error = got.amplitude * np.exp(1j * math.radians(got.phase_deg)) - np.exp(1j * math.radians(LAG_DEG))
         assert got.scatter is not None
         ratios.append(abs(error) / (math.sqrt(2.0) * got.scatter))
     assert 0.3 <= float(np.sqrt(np.mean(np.square(ratios)))) <= 1.4
-    assert float(np.mean(np.array(ratios) > 1.73)) <= 0.1
+    assert float(np.mean(np.array(ratios) > 1.73)) <= 0.12
 
 
 @pytest.mark.parametrize("per_turn", [25.5, 32.0, 63.99, 64.0, 64.3, 128.0])

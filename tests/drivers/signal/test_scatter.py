@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from drivers.signal.scatter import widened
 from tests.support.drivers.analytic import Tone, measured, vector
 
 
@@ -26,5 +27,13 @@ def test_it_does_not_count_a_response_that_follows_the_stated_speed() -> None:
     assert found.scatter <= 1e-3 * found.amplitude
 
 
-def test_too_few_turns_leave_none() -> None:
-    assert measured(Tone(turns=7.5).block()).scatter is None
+@pytest.mark.parametrize("turns", [4.5, 5.5, 7.5])
+def test_the_shortest_blocks_state_one_too(turns: float) -> None:
+    assert measured(Tone(turns=turns, snr_db=30.0).block()).scatter is not None
+
+
+@pytest.mark.parametrize("freedom", [2.0, 4.0, 12.0, 1e6])
+def test_it_is_widened_so_that_the_region_of_a_known_one_holds(freedom: float) -> None:
+    rng = np.random.default_rng(20260504)
+    ratios = rng.chisquare(2.0, 40_000) / 2.0 / (rng.chisquare(freedom, 40_000) / freedom)
+    assert float(np.mean(ratios <= widened(freedom) ** 2 * -math.log(0.05))) == pytest.approx(0.95, abs=0.004)
