@@ -1,7 +1,7 @@
 """A backup is an SQLite file with the tables of Drumtrue, whatever the engine it was taken from.
 
 From SQLite it is taken by SQLite's own online backup, from PostgreSQL row by row in one REPEATABLE READ snapshot: each
-sees one moment and holds nobody up. No program of the server's version is needed (pg_dump must be as new as its
+sees one moment and holds no one up. No program of the server's version is needed (pg_dump must be as new as its
 server), the file can be looked into, and it goes back into either engine.
 """
 
@@ -68,7 +68,7 @@ def back_up(database: Database, path: Path) -> dict[str, int]:
 
 
 def remove(path: Path) -> None:
-    """Remove an SQLite file that nobody has open, and what SQLite put beside it."""
+    """Remove an SQLite file that no one has open, and what SQLite put beside it."""
     for beside in ("", "-journal", "-wal", "-shm"):
         path.with_name(path.name + beside).unlink(missing_ok=True)
 

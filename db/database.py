@@ -85,7 +85,7 @@ class Database:
     commits.
 
     Threads of one process queue for SQLite's write lock here: SQLite itself would have them sleep and try again, up to
-    a tenth of a second at a time, whoever came first.
+    a tenth of a second at a time, in the order they came.
 
     patience_s: how long PostgreSQL may take for one statement before the unit of work fails; None: as long as it takes.
     A service has one; commands that migrate, check or back up wait for statements that take long.

@@ -76,7 +76,7 @@ class Notices:
             self._wake(topic)
 
     def close(self) -> None:
-        """Stop listening; nobody is woken by other processes any more."""
+        """Stop listening; no one is woken by other processes any more."""
         with self._lock:
             self._closed, listener, self._listener = True, self._listener, None
         if listener is not None:

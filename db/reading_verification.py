@@ -18,7 +18,7 @@ from service.model.history import Finding
 
 _CHUNK = 500
 _SPREAD = 4
-"""Batches are read together where at most so many numbers lie between the first and the last for each of theirs."""
+"""Batches are read together where at most this many numbers lie between the first and the last for each of theirs."""
 
 
 @dataclass(frozen=True)

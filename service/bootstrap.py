@@ -80,7 +80,7 @@ def _database(settings: Settings, patience_s: float | None = None) -> Database:
 
 
 def _require_file(settings: Settings) -> None:
-    """Whoever looks into a database means one that is there: an empty new one would answer that all is well."""
+    """Refuse a file that does not exist: an empty new database would verify as sound."""
     path = make_url(settings.database_url).database if settings.database_url.startswith("sqlite") else None
     if path and not Path(path).exists():
         raise Unavailable(

@@ -104,7 +104,7 @@ class PreconditionFailed(DrumtrueError):
 
 
 class Abandoned(DrumtrueError):
-    """A computation that was ended because who asked for it hung up; nobody reads this answer."""
+    """A computation that was ended because who asked for it hung up; no one reads this answer."""
 
     status = 408
     code = "request_abandoned"

@@ -22,7 +22,7 @@ class Settings:
     request body. max_readings: longest list of readings in one request. loopback: the service listens on an address
     of this machine alone, and answers without a token until one is created. trusted_proxies: addresses and networks,
     with commas between, whose X-Forwarded-For and X-Forwarded-Proto are believed; none if empty. solves: selections
-    that are computed at once; None: one a core. retain_days: raw readings are rolled up after so many; None: never.
+    that are computed at once; None: one a core. retain_days: raw readings are rolled up after this many; None: never.
     max_ahead_s: readings dated further ahead of the moment at which they come are set apart.
     """
 

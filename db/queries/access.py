@@ -13,7 +13,7 @@ from db.rows import IdempotencyRow, LoginRow, TokenRow
 from db.set_apart import readable
 
 NEWEST_KEYS = 1000
-"""So many keys of requests are kept even when their time is over."""
+"""This many keys of requests are kept even when their time is over."""
 
 
 class Access(Queries):
@@ -42,7 +42,7 @@ class Access(Queries):
             self._session.execute(delete(LoginRow).where(LoginRow.expires_at < before))
 
     def claim(self, row: IdempotencyRow, now: datetime) -> bool:
-        """Store a key that nobody has; another unit of work that is about to store it is waited for.
+        """Store a key that no one has; another unit of work that is about to store it is waited for.
 
         False where it is taken. Some keys whose time is over are forgotten first. No key may end early because a clock
         was set: its time ends after that of every key before it, and the newest are kept whatever the clock says.

@@ -96,7 +96,7 @@ class Backoff:
 
 
 class Delivery:
-    """Sends what waits in a spool. away: why the service does not take it now, in words; empty where it does."""
+    """Sends what waits in a spool. away: why the service does not take it now, as text; empty where it does."""
 
     def __init__(
         self,

@@ -26,7 +26,7 @@ class DirectDelivery(Protocol):
 
 
 class _Parcel:
-    """A batch on its way; stored: None until that is known. left: whoever handed it over no longer waits."""
+    """A batch on its way; stored: None until that is known. left: its sender no longer waits."""
 
     def __init__(self, batch: Sequence[Entry | Mark]) -> None:
         self.entries = [one for one in batch if not isinstance(one, Mark)]
@@ -44,7 +44,7 @@ class Express:
         self._next: _Parcel | None = None
 
     def carry(self, batch: Sequence[Entry | Mark], patience_s: float = MAX_S) -> bool:
-        """Have a batch stored by whoever calls `deliver`; False where it was not, or not in time."""
+        """Have a batch stored by the thread that calls `deliver`; False where it was not, or not in time."""
         parcel = _Parcel(batch)
         with self._changed:
             self._next = parcel

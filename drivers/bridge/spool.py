@@ -248,7 +248,7 @@ class Spool(Openable):
         return Mark(source, max(row[-1] for row in rows), tuple(counters))
 
     def _forget(self, gone: int, first: int, last: int) -> None:
-        """Take so many, from id `first` to `last`, out of what is held."""
+        """Take this many, from id `first` to `last`, out of what is held."""
         self._waiting -= gone
         if not self._waiting:
             self._held = deque()

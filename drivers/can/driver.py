@@ -59,7 +59,7 @@ class CanDriver(BaseDriver):
         self._time = SteadyTime(clock, monotonic)
 
     def bus_state(self) -> str:
-        """The balancer in words: its status, its heartbeat, and what was refused."""
+        """The balancer as text: its status, its heartbeat, and what was refused."""
         decoder = self.decoder
         silent = decoder.silent_s(self._monotonic())
         words = []

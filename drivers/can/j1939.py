@@ -1,4 +1,4 @@
-"""SAE J1939 on the bus: parameter groups whoever sends them, nodes known by their names, messages in several frames.
+"""SAE J1939 on the bus: parameter groups from any node, nodes known by their names, messages in several frames.
 
 Identifier: priority (3 bits), two pages, PF, PS, source address. With PF below 240 (PDU1) PS is the destination and no
 part of the group's number (SAE J1939-21). A node claims its address with its name in group 60928 (SAE J1939-81).

@@ -74,7 +74,7 @@ class Validity:
         return (shown in self.values) != self.negated
 
     def example(self, good: bool, length: int) -> int:
-        """A raw value of so many bits that vouches, or one that does not."""
+        """A raw value of this many bits that vouches, or one that does not."""
         return next((raw for raw in range(1 << min(length, 16)) if self.holds(raw) == good), 0)
 
 

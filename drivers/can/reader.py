@@ -1,6 +1,6 @@
 """Process that drains a bus: `python -m drivers.can.reader ADDRESS`, frames to its output until its input closes.
 
-It decodes nothing and waits for nobody: what its reader has not taken yet is kept here, up to minutes of a full bus.
+It decodes nothing and waits for no one: what its reader has not taken yet is kept here, up to minutes of a full bus.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def main() -> int:
 
 
 def drain(address: BusAddress, out: int, stop: threading.Event) -> None:
-    """Write the frames of a bus to a pipe, until stopped. Raises `BusUnavailable`, also where nobody reads the pipe."""
+    """Write the frames of a bus to a pipe, until stopped. Raises `BusUnavailable`, also where no one reads the pipe."""
     bus = open_bus(address)
     try:
         os.write(out, READY)

@@ -3,7 +3,7 @@
     key_phasor = "kp"                       # column of the tachometer signal
     time = "t"                              # CSV: the column of seconds; or sample_rate_hz = 2560.0
     started_at = 2026-05-04T08:30:00Z       # time of the first sample, unless it is stated with the file
-    block_s = 4.0                           # a reading of each sensor for so many seconds
+    block_s = 4.0                           # a reading of each sensor for this many seconds
 
     [[channel]]
     column = "P"                            # WAV: "1", "2" ...; universal file: "12+Z", its text, or "#3"

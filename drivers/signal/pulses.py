@@ -1,4 +1,4 @@
-"""Several marks a turn, told from the vibration: it turns once in so many pulses of the key-phasor.
+"""Several marks a turn, told from the vibration: it turns once in this many pulses of the key-phasor.
 
 With k marks the rotor's own component lies at order 1/k of what is taken for the speed. No other machine keeps to such
 a share exactly, and none stands so far above the component at order 1.

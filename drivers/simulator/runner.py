@@ -63,7 +63,7 @@ def run_simulation(
     rounds: int | None = None,
     report: Callable[[str], None] = silent,
 ) -> Totals:
-    """Run the drum until `stop` is set, or for so many rounds; opens and closes drum, outlet and control port.
+    """Run the drum until `stop` is set, or for this many rounds; opens and closes drum, outlet and control port.
 
     A round of readings is taken every drum.interval_s. They are posted when batch_size of them wait, or the first has
     waited batch_s. While the service cannot take them the drum is not read, so no more than one batch and one round

@@ -101,7 +101,7 @@ class SimulatedWaveforms(BlockDriver):
         return self._block_s
 
     def measure(self, readings_per_sensor: int) -> list[Reading]:
-        """Take so many blocks at once, without waiting: a reading of each sensor from each, fewer where one is refused.
+        """Take this many blocks without waiting: a reading of each sensor from each, fewer where one is refused.
 
         Raises `DriverClosed` when not open and `InvalidSetting` for a count below 1.
         """

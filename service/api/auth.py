@@ -1,7 +1,7 @@
 """Authorization middleware: checks the token's scope before the body is read.
 
 Who asks is told by a token (`authorization: Bearer`), else by the cookie of a login. On an address of this machine
-alone, as long as no token was created, whoever sits at the machine may do everything; the first token that is created
+alone, as long as no token was created, anyone at the machine may do everything; the first token that is created
 counts within a second.
 """
 
@@ -88,7 +88,7 @@ class Guard:
         await self.app(scope, stream.receive, stream.send)
 
     async def _admit(self, scope: Scope) -> Principal | None:
-        """Who asks; None where nobody needs to be. Raises Unauthorized, Forbidden or TooManyAttempts."""
+        """Who asks; None where no one needs to be. Raises Unauthorized, Forbidden or TooManyAttempts."""
         operation = self._operation(scope)
         scope.setdefault("state", {})["operation"] = operation
         request = HTTPConnection(scope)
@@ -116,7 +116,7 @@ class Guard:
         return principal
 
     def _seen_open(self, request: HTTPConnection) -> Principal | None:
-        """Whoever is here, where a moment ago no token was created: to ask each time costs as much as the request."""
+        """The caller, where a moment ago no token was created: to ask each time costs as much as the request."""
         work, attempts = _state(request)
         if self._open is None or self._open[0] is not work or attempts.monotonic() >= self._open[1]:
             return None

@@ -12,7 +12,7 @@ from service.api.problems import problem
 from service.messages import Message, Quantity
 
 PATIENCE = 16
-"""A body up to so many times too long is read to its end and dropped: the client then sees the answer, not a reset."""
+"""A body up to this many times too long is read and dropped: the client then sees the answer, not a reset."""
 
 BODY_S = 60.0
 """How long a body may take."""

@@ -1,6 +1,6 @@
 """Scopes that each operation needs.
 
-An operation is a route's name. A route that is not named here is refused, whoever asks; a test sees that all are.
+An operation is a route's name. A route that is not named here is refused to everyone; a test sees that all are.
 """
 
 from __future__ import annotations

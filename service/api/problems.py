@@ -33,7 +33,7 @@ class Problem:
     type: str
     """Address of the kind of problem: about:blank, `code` tells them apart."""
     title: str
-    """The HTTP status in words."""
+    """The HTTP status as text."""
     status: int
     """The HTTP status."""
     code: str

@@ -90,7 +90,7 @@ def study(
 
     Each reading is drawn from a normal distribution about itself with its own scatter in both components, or with
     `scatter` times its amplitude where it states none. Draw number i depends on the seed and i alone: the same study
-    gives the same figures wherever it runs. Raises InvalidInput for a reading whose scatter nobody states, and what
+    gives the same figures wherever it runs. Raises InvalidInput for a reading whose scatter no one states, and what
     `executor` raises.
     """
     last = _last_only(log)

@@ -81,7 +81,7 @@ def bench_web(*, stored: int = SESSIONS, repeats: int = 60, markdown: bool = Fal
 
 
 def measure(*, stored: int, repeats: int) -> list[Measured]:
-    """Each page, on a database of its own with so many sessions."""
+    """Each page, on a database of its own with this many sessions."""
     with tempfile.TemporaryDirectory() as folder:
         settings = Settings(database_url=f"sqlite:///{Path(folder) / 'bench.db'}", loopback=True)
         work = bootstrap.build_work(settings)

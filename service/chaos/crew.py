@@ -72,7 +72,7 @@ class Crew:
         return sum(bridge.acknowledged for bridge in self.bridges) + self.field.acknowledged
 
     def finish(self, patience_s: float) -> None:
-        """Let everyone end what was begun; whoever cannot within the time is a failure."""
+        """Let everyone end what was begun; one that cannot within the time is a failure."""
         self._leaving.set()
         end = time.monotonic() + patience_s
         for thread in self._threads:

@@ -45,7 +45,7 @@ class Found:
 
 
 def run(options: HistoryOptions, say: Say) -> Found:
-    """Rounds until so many requests were made, or something is wrong."""
+    """Rounds until this many requests were made, or something is wrong."""
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="drumtrue-histories-")))
         server = stack.enter_context(own_server()) if options.engine == "postgresql" else None

@@ -38,7 +38,7 @@ app.add_typer(token.app, name="token")
 
 
 def main() -> None:
-    """Run the command line; a deliberate error is told in words and ends with status 1."""
+    """Run the command line; a deliberate error is told as text and ends with status 1."""
     from drivers.errors import DriverError
 
     gc.set_threshold(YOUNG_OBJECTS, 20, 100)

@@ -197,7 +197,7 @@ class Table:
         return self.values[name] if self._stated(name, optional=False) else None
 
     def close(self) -> None:
-        """Refuse fields that nobody asked for."""
+        """Refuse fields that no one asked for."""
         for name in self.values:
             if name not in self._asked:
                 self.problems.add(

@@ -20,7 +20,7 @@ from service.model.run import MassOnRotor, Run, RunOut
 MAX_SHARE = 1.0
 """Share of the static load of its bearing above which the force of a trial mass lifts the drum: refused."""
 TIMES_SUGGESTED = 3.0
-"""A trial mass is asked about where it is so many times the suggested one, or so many times less."""
+"""A trial mass is asked about where it is this many times the suggested one, or this many times less."""
 MIN_CHANGE = 0.3
 """Share by which a trial mass must change an amplitude, or `MIN_TURN_DEG` its phase: the rule of the field."""
 MIN_TURN_DEG = 30.0

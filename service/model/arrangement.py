@@ -107,11 +107,11 @@ class ArrangementRequest:
     limit: Positive | None = None
     """Limit of the objective for fewest_moves, in its unit."""
     max_moves: Annotated[int, Ge(0), Le(MAX_PLACES)] | None = None
-    """At most so many places whose part changes."""
+    """At most this many places whose part changes."""
     max_new_parts: Annotated[int, Ge(0), Le(MAX_PARTS)] | None = None
-    """At most so many new parts."""
+    """At most this many new parts."""
     max_masses_per_plane: Annotated[int, Ge(1), Le(6)] | None = None
-    """At most so many stock masses a plane, with use box and both; the machine's own limit holds as well."""
+    """At most this many stock masses a plane, with use box and both; the machine's own limit holds as well."""
     scale_resolution_g: Annotated[float, Gt(0), Le(1e5)] | None = None
     """Resolution of the scale, g; a reading has the standard deviation resolution / sqrt(12)."""
     time_limit_s: Annotated[float, Gt(0), Le(120)] = 10.0
@@ -293,7 +293,7 @@ class Arrangement:
 
 @document
 class ArrangementPoint:
-    """The best arrangement of at most so many moves."""
+    """The best arrangement of at most this many moves."""
 
     moves: int
     """Places whose part may change at most."""

@@ -79,7 +79,7 @@ class PlanRequest:
     base: Base = "as_found"
     """as_found: all fitted masses may come off; present: they stay, and pieces are added to them."""
     max_masses_per_plane: Small | None = None
-    """At most so many masses a plane; the machine's own limit holds as well."""
+    """At most this many masses a plane; the machine's own limit holds as well."""
     blocked: Annotated[tuple[BlockedPosition, ...], MAX_LIST] = ()
     """Positions that take nothing."""
     seed: Seed = 1
@@ -151,7 +151,7 @@ class Offer:
 
 @document
 class FrontPoint:
-    """The best selection of at most so many masses in all."""
+    """The best selection of at most this many masses in all."""
 
     pieces: int
     """Masses in all planes together, kept ones included; as-found pieces that must stay are not counted."""

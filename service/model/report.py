@@ -95,7 +95,7 @@ class Report:
     machine: Machine
     """The machine with its conventions."""
     conventions: tuple[str, ...]
-    """The conventions in words."""
+    """The conventions as text."""
     runs: int
     """Runs stored."""
     excluded_runs: tuple[int, ...]

@@ -19,7 +19,7 @@ class StockBooking:
 
     kind: Literal["received", "returned", "withdrawn", "counted"]
     """received: put into the box; returned: came back from a drum whose session is closed; withdrawn: lent, lost or
-    scrapped; counted: so many were found, the difference is booked."""
+    scrapped; counted: this many were found, the difference is booked."""
     pieces: Annotated[tuple[Pieces, ...], Len(1, 1000)]
     """Of which masses how many; of a count, all that were found, those held for plans included."""
     note: Text | None = None
@@ -104,7 +104,7 @@ class Stock:
 
 @document
 class ReserveRequest:
-    """Hold the pieces of a plan, so that nobody else can take them."""
+    """Hold the pieces of a plan, so that no one else can take them."""
 
     minutes: Annotated[int, Ge(1), Le(1440)] = 120
     """How long, minutes; after that anybody may take them."""

@@ -9,7 +9,7 @@ from contextlib import suppress
 from service.runtime.context import AppContext
 
 SOONEST_S = 0.2
-"""A source delivers many times a second; nobody can read more than a few changes in it."""
+"""A source delivers many times a second; no one can read more than a few changes in it."""
 LATEST_S = 1.0
 """Look this often without any word: a notice may have been lost with a connection."""
 

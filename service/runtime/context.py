@@ -44,7 +44,7 @@ def utc_now() -> datetime:
 
 
 def new_id() -> str:
-    """An identifier that nobody can guess."""
+    """An identifier that no one can guess."""
     return uuid.uuid4().hex
 
 
@@ -83,7 +83,7 @@ class AppContext:
     listeners: Listeners = field(default_factory=Listeners)
     background: Background = field(default_factory=Background)
     joined: Callable[[], AbstractContextManager[Store]] | None = None
-    """A unit of work under way that `write` joins: whoever began it ends it."""
+    """A unit of work under way that `write` joins; its beginner ends it."""
     gone: Callable[[], bool] = never
     """Whether who asked has hung up."""
     looking: Callable[[], Store] | None = None

@@ -1,6 +1,6 @@
 """Group commit: small concurrent requests share one unit of work.
 
-Whoever comes first does the work of all who have come meanwhile, and hands the next batch to the first who came while
+The first caller does the work of all who have come meanwhile, and hands the next batch to the first who came while
 he did it. There is no pause: a request that is alone is done at once. Requests of an event loop wait in no thread: one
 thread does their batches, and one call wakes all whose batch is done.
 """
@@ -90,7 +90,7 @@ class GroupCommit(Generic[Item, Outcome]):
 
 
 class _Waiting(Generic[Item, Outcome]):
-    """An item, and its outcome once there is one. lead: tell whoever waits that the next batch is theirs to do."""
+    """An item, and its outcome once there is one. lead: the waiting thread must do the next batch."""
 
     def __init__(self, item: Item, lead: Callable[[], object], loop: asyncio.AbstractEventLoop | None = None) -> None:
         self.item = item

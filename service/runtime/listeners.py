@@ -19,7 +19,7 @@ class ListenerState:
     state: State
     """listening; reopening: the bus was lost and is opened again; restarting: its reader ended and is started again."""
     reason: str | None
-    """What was lost or ended, in words; null while it is read."""
+    """What was lost or ended, as text; null while it is read."""
     reopened: int
     """How often the bus was opened again."""
     restarts: int

@@ -63,7 +63,7 @@ class Feeds(Generic[Value]):
 
     @asynccontextmanager
     async def following(self, key: Hashable, values: Callable[[], AsyncGenerator[Value]]) -> AsyncIterator[Feed[Value]]:
-        """The feed under a key within a block; made of `values` where nobody follows it yet, or it has ended."""
+        """The feed under a key within a block; made of `values` where no one follows it yet, or it has ended."""
         held = self._feeds.get(key)
         if held is None or held[1].done():
             feed = Feed[Value]()

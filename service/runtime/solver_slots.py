@@ -13,7 +13,7 @@ from service.messages import Message
 WAIT_S = 5.0
 """How long a selection waits for its turn; most take a tenth of a second."""
 MAX_WAITING = 16
-"""Whoever waits holds a thread: beyond so many the next is refused at once, and ordinary requests find one."""
+"""Waiting requests hold a thread each: above this number the next is refused at once, so that others find one."""
 RETRY_AFTER_S = 2
 
 

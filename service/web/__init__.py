@@ -5,7 +5,7 @@
 | `pages` | puts routers, static files and error pages on the application |
 | `routers/` | one module a subject; a function reads a form, calls a use case, renders a template or sends on |
 | `rendering` | `Page`: the request with the reader's language and units, and how a template is rendered |
-| `problems` | every error as a page in words |
+| `problems` | every error as a page as text |
 | `forms` | what was typed, read into numbers; a fault stands beside its field and what was typed is kept |
 | `display`, `units`, `numbers` | stored numbers as the reader wants them, and back |
 | `language`, `preferences`, `environment`, `assets` | catalogues, the cookie, Jinja, our own files |

@@ -85,7 +85,7 @@ def resized(form: Form) -> bool:
 
 
 class _Edit:
-    """A form against what the page showed of the stored machine: a field nobody touched keeps its stored value.
+    """A form against what the page showed of the stored machine: a field no one touched keeps its stored value.
 
     Shown and typed again a value may change (units, rounding), or have no field at all.
     """

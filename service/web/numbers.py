@@ -21,7 +21,7 @@ class NotANumber(ValueError):
 
 
 def write(value: float | None, language: str, *, digits: int = 3, places: int | None = None) -> str:
-    """A number with so many significant digits, or so many decimal places; an em dash for nothing.
+    """A number with this many significant digits, or this many decimal places; an em dash for nothing.
 
     Whole digits are never rounded away: 1234.5 with 3 digits is 1235.
     """

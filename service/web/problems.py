@@ -1,4 +1,4 @@
-"""Every error as a page in words, for a reader; programs get the problem document of the API as before."""
+"""Every error as a page as text, for a reader; programs get the problem document of the API as before."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from service.web.pictures.trend import TrendPoint, trend_chart
 from service.web.rendering import Page
 
 MAX_SESSIONS = 12
-"""So many are read for a trend: a page stays quick however long a machine has been looked after."""
+"""This many are read for a trend: a page stays quick however long a machine has been looked after."""
 
 
 def of_machine(page: Page, machine: StoredMachine) -> list[Markup]:

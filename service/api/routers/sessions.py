@@ -158,7 +158,7 @@ def ask_what_if(work: WorkDep, plan_id: Key, what_if: WhatIfRequest) -> WhatIf:
 
 @router.post("/plans/{plan_id}/reserve", tags=["plans"], responses=errors(404, 409, 412))
 def reserve_plan(work: SeenDep, plan_id: Key, reserve: ReserveRequest) -> Plan:
-    """Hold the pieces of a plan, all or none, so that nobody else can fit them; in place of what was held before.
+    """Hold the pieces of a plan, all or none, so that no one else can fit them; in place of what was held before.
 
     They are held until fitted, released or the time is over. Masses in g, stock in pieces, time in minutes.
     """

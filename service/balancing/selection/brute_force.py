@@ -28,7 +28,7 @@ def solve_exhaustive(
 ) -> SelectionResult:
     """Try every selection and return the best one; the first in order of enumeration where several are equal.
 
-    most_pieces: at most so many in all planes together. Raises NumericsError (code `too_many_combinations`,
+    most_pieces: at most this many in all planes together. Raises NumericsError (code `too_many_combinations`,
     value: how many) above `most`, and for an invalid problem.
     """
     validate(problem)

@@ -167,7 +167,7 @@ def solve_jaya(
 
 
 def runs_together(problem: SelectionProblem, members: int) -> int:
-    """Most independent runs of so many members that one step may move; at least 1."""
+    """Most independent runs of this many members that one step may move; at least 1."""
     return max(1, MAX_TOGETHER // max(1, members * _layout(problem).plane.size))
 
 

@@ -123,7 +123,7 @@ def _run(
     sender: Sender,
     direct: DirectDelivery | None = None,
 ) -> Measured:
-    """Bridge so many frames, and stop the clock when the last is acknowledged."""
+    """Bridge this many frames, and stop the clock when the last is acknowledged."""
     bus, stop, cpu = PreparedFrames(prepared, count, rate), threading.Event(), time.process_time()
     driver = CanDriver(
         BusAddress("prepared"),

@@ -47,7 +47,7 @@ def prepared_frames() -> list[can.Message]:
 
 
 class PreparedFrames:
-    """Gives prepared frames, `rate` of them a second or as fast as they are taken, so many in all."""
+    """Gives prepared frames, `rate` of them a second or as fast as they are taken, this many in all."""
 
     def __init__(self, messages: list[can.Message], count: int, rate: int | None) -> None:
         self._frames = [(m.arbitration_id, m.is_extended_id, bytes(m.data)) for m in messages]

@@ -134,7 +134,7 @@ def _hot_paths(service: str) -> dict[str, float]:
 
 
 def _fill(url: str, engine: str, stored: int, count: int) -> None:
-    """Copy sessions until there are so many, and say how long it took and how large the database is."""
+    """Copy sessions until there are this many, and say how long it took and how large the database is."""
     database = Database(url)
     began = time.perf_counter()
     try:

@@ -30,7 +30,7 @@ Solve = Callable[[SelectionProblem, int, float], Found]
 
 @dataclass(frozen=True)
 class Abilities:
-    """What a method can express, in words."""
+    """What a method can express, as text."""
 
     joint: str
     stock: str

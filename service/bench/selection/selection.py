@@ -150,7 +150,7 @@ def beside_peers(bench: Bench) -> None:
 
 
 def compared(bench: Bench, peer: Peer, case: Case, best: float) -> str:
-    """One peer on one problem, in words; a peer that cannot is told with its reason, never left out."""
+    """One peer on one problem, as text; a peer that cannot is told with its reason, never left out."""
     if not peer.installed:
         return "not installed"
     if why := peer.cannot(case.problem):

@@ -251,7 +251,7 @@ def _turned(deg: float) -> complex:
 
 
 def faults(planes: int) -> tuple[Injected, ...]:
-    """Every fault of the campaign, for a drum with so many planes; check is the run after the trials."""
+    """Every fault of the campaign, for a drum with this many planes; check is the run after the trials."""
     check = planes + 2
     return (
         Injected("none", ()),

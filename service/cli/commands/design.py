@@ -239,7 +239,7 @@ def _print_outcome(found: Outcome, units: dict[str, str]) -> None:
 
 
 def _told(evidence: Evidence) -> str:
-    """What speaks for an answer, in words."""
+    """What speaks for an answer, as text."""
     agreeing = f"{evidence.agreeing} of {evidence.starts} starts agree" if evidence.agreeing else ""
     if evidence.kind == "proved_bound":
         return f"proved: the bound is {evidence.bound:.9g}"

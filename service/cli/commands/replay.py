@@ -27,7 +27,7 @@ BATCH = 500
 
 
 def record_until_stopped(file: Path, read: BusChoice | StandIn, source: str, count: int | None) -> None:
-    """Record a bus or a simulated drum until SIGINT or SIGTERM, or so many readings, a waveform file to its end.
+    """Record a bus or a simulated drum until SIGINT or SIGTERM, or this many readings, a waveform file to its end.
 
     Raises `UnreadableFile` for a waveform file that gives no reading, and leaves no recording of it.
     """

@@ -36,7 +36,7 @@ PATIENCE_S = 4.0
 GRACE_S = 3
 """How long a stop waits for requests under way."""
 YOUNG_OBJECTS = 10_000
-"""So many more than before are looked through for garbage; with the usual 700 that is done every few requests."""
+"""This many more than before are looked through for garbage; with the usual 700 that is done every few requests."""
 
 
 def serve_until_stopped(
@@ -90,7 +90,7 @@ def _heard(work: AppContext, ear: CanListener | None) -> AbstractContextManager[
 
 
 def _require_tokens(work: AppContext, settings: Settings, address: str) -> None:
-    """Raise Conflict where strangers could reach a service that asks nobody for a token."""
+    """Raise Conflict where strangers could reach a service that asks no one for a token."""
     if not settings.loopback and not tokens.needed(work):
         raise Conflict(Message("token_missing.listening", address=address), field="host", value=address)
 
@@ -117,7 +117,7 @@ def serving(settings: Settings) -> Iterator[str]:
 
 @contextmanager
 def _working(settings: Settings) -> Iterator[AppContext]:
-    """Everything the use cases need, made before the server: a database that cannot be used is told in words."""
+    """Everything the use cases need, made before the server: a database that cannot be used is told as text."""
     work = bootstrap.build_work(settings, patience_s=PATIENCE_S)
     try:
         yield work

@@ -25,7 +25,7 @@ from service.messages import Message
 
 @dataclass(frozen=True)
 class WayOut:
-    """Where readings go: opened when the simulation starts, in batches of so many readings."""
+    """Where readings go: opened when the simulation starts, in batches of this many readings."""
 
     open: Callable[[], Outlet]
     batch_size: int
@@ -51,7 +51,7 @@ def simulate_until_stopped(
     simulation: Simulation,
     rounds: int | None,
 ) -> None:
-    """Send readings until SIGINT or SIGTERM, or for so many rounds; url: of the service to register the drum at.
+    """Send readings until SIGINT or SIGTERM, or for this many rounds; url: of the service to register the drum at.
 
     Raises what the service refuses.
     """

@@ -1,4 +1,4 @@
-"""The service seen from a command: JSON over HTTP, problems as errors in words."""
+"""The service seen from a command: JSON over HTTP, problems as errors as text."""
 
 from __future__ import annotations
 

@@ -30,5 +30,5 @@ def writing(path: Path, noun: str) -> Iterator[None]:
 
 
 def counted(number: int, noun: str) -> str:
-    """So many of them, in words: `1 session`, `2 sessions`."""
+    """A number of things as text: `1 session`, `2 sessions`."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -1,4 +1,4 @@
-"""Connections on which no whole request has come yet: so many are kept, then the oldest make room."""
+"""Connections on which no whole request has come yet: this many are kept, then the oldest make room."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def rolling_up(work: AppContext, days: int | None) -> Iterator[None]:
 
 
 def daily(work: AppContext, days: int, wait: Callable[[float], bool], stopped: Callable[[], bool]) -> None:
-    """Roll up until told to stop. wait: lets so many seconds pass and says whether to stop."""
+    """Roll up until told to stop. wait: lets this many seconds pass and says whether to stop."""
     from service.usecases.readings import retention  # averages with numpy, which nothing else of a start needs
 
     while True:

@@ -136,5 +136,5 @@ def require_read(driver: Driver) -> None:
 
 
 def named(one: StandIn) -> str:
-    """What it is, in words."""
+    """What it is, as text."""
     return "simulated drum" if isinstance(one, Simulation) else str(one.file)

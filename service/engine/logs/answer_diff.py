@@ -10,7 +10,7 @@ from service.model.correction import Correction, Ellipse, PlaneMass, SensorVecto
 from service.model.plan import Plan
 
 SCATTERS = 2.0
-"""A predicted vector within so many standard deviations of what it was is within its uncertainty."""
+"""A predicted vector within this many standard deviations of what it was is within its uncertainty."""
 
 
 def differences(

@@ -42,7 +42,7 @@ class Principal:
 
 
 LOCAL = Principal(name="local", scopes=frozenset(SCOPES), token_id=None)
-"""Whoever sits at the machine, as long as no token was created."""
+"""Anyone at the machine itself, as long as no token was created."""
 
 
 def create(

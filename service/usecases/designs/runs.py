@@ -1,7 +1,7 @@
 """Runs: optima and fronts of design documents that take their time, followed by all replicas, stopped by any.
 
 A run is computed in a thread of the service that was asked. It writes how far it is beside the database's history;
-whoever wants it to stop says so there. What it found enters the history with the run.
+anyone who wants it to stop says so there. What it found enters the history with the run.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ from service.version import __version__
 def propose(work: AppContext, session_id: str, request: PlanRequest) -> Plan:
     """Choose stock masses and positions for a correction; infeasible is an answer.
 
-    The selection is solved between two units of work, so that nobody waits for it. Raises InvalidInput, NotFound,
+    The selection is solved between two units of work, so that no one waits for it. Raises InvalidInput, NotFound,
     OutOfOrder, Conflict for a correction that is out of date, or Unavailable where too many are being solved.
     """
     with work.read() as store:

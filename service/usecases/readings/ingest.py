@@ -25,7 +25,7 @@ from service.usecases.readings.clocks import CLOCK_AHEAD, Arrival, Observed, ahe
 from service.usecases.readings.routing import Targets, reused
 
 FEW = 50
-"""Up to so many readings in a request share a unit of work with those of other requests."""
+"""Up to this many readings in a request share a unit of work with those of other requests."""
 
 
 @document

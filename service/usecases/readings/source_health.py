@@ -13,7 +13,7 @@ from service.usecases.readings.clocks import ClockOfSource, SourceClock, measure
 from service.usecases.readings.sources import Source, bound
 
 LOOKED_AT = 200
-"""So many of the latest readings and answers tell of a source."""
+"""This many of the latest readings and answers tell of a source."""
 
 
 @document
@@ -35,7 +35,7 @@ class SourceHealth(Source):
 
 
 def health(work: AppContext, looked_at: int = LOOKED_AT) -> tuple[SourceHealth, ...]:
-    """Bound sources with how well they are heard, by name; looked_at: by so many of their latest readings."""
+    """Bound sources with how well they are heard, by name; looked_at: by this many of their latest readings."""
     mounted = bound(work)
     with work.read() as store:
         latest = [store.latest_of(source.name, looked_at) for source in mounted]

@@ -1,6 +1,6 @@
 """Stops to change masses, safe first: locked before a mass is touched, released before the drum turns again.
 
-Each step is stored when it is stated, so that whoever stands beside the machine, with whatever tablet, sees what state
+Each step is stored when it is stated, so that every tablet at the machine shows what state
 it is in. What is on the rotor is known from the moment it is stated, not only from the next run.
 """
 

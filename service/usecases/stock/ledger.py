@@ -93,7 +93,7 @@ def exchange(store: Store, row: CatalogueRow, net: Mapping[int, int], *, at: dat
 def book(
     store: Store, row: CatalogueRow, pieces: Mapping[int, int], *, kind: str, at: datetime, note: str | None = None
 ) -> None:
-    """Book pieces by hand: so many into the box, withdrawn out of it, or counted in it.
+    """Book pieces by hand: this many into the box, withdrawn out of it, or counted in it.
 
     A count is what was found, whatever is held. Raises Conflict as `exchange` where more are withdrawn than are free.
     """

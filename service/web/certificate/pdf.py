@@ -204,7 +204,7 @@ def _pieces(pdf: FPDF, row: list[str], widths: tuple[float, ...]) -> list[list[s
 
 
 def _cut(pdf: FPDF, text: str, width: float) -> list[str]:
-    """A text in parts of no more than so many lines of a column, `width` mm wide."""
+    """A text in parts of no more than this many lines of a column, `width` mm wide."""
     if len(text) * _WIDE_SIGN < width * _MAX_LINES and text.count("\n") < _MAX_LINES:
         return [text]
     lines: Any = pdf.multi_cell(width, _LINE, text, dry_run=True, output="LINES")
@@ -250,7 +250,7 @@ def _font(pdf: FPDF, size: float, *, bold: bool = False) -> None:
 
 
 def _keep(pdf: FPDF, height: float) -> None:
-    """Begin a new page where so many mm are not left on this one."""
+    """Begin a new page where this many mm are not left on this one."""
     if pdf.get_y() + height > HEIGHT - FOOT - 1.0 and pdf.get_y() > MARGIN + 1.0:
         pdf.add_page()
 

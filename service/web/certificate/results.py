@@ -65,7 +65,7 @@ def before_after(machine: Machine, lines: tuple[BeforeAfter, ...], reader: Reade
 
 
 def _measured_speeds(line: BeforeAfter, reader: Reader) -> str:
-    """What the tachometer read before and after; a speed that nobody measured is not stated."""
+    """What the tachometer read before and after; a speed that no one measured is not stated."""
     before, after = (
         DASH if rpm is None else reader.show.measured_speed(rpm) for rpm in (line.before_rpm, line.after_rpm)
     )

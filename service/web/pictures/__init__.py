@@ -5,7 +5,7 @@
     compass    where an angle of the machine's conventions lies on paper
     reader     the reader's language, numbers and units; all text of a picture goes through it
     scales     rings and ticks at round numbers, in the reader's units
-    words      names and masses in words
+    words      names and masses as text
     chart      axes of a chart
     paper      rings, spokes, key-phasor mark and senses of a polar plot
     polar      vibration of a sensor: runs, what each change of masses did, prediction, limit

@@ -1,4 +1,4 @@
-"""Before and after: two bars a sensor and the limit, in words too."""
+"""Before and after: two bars a sensor and the limit, as text too."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class _Bars:
         return out
 
     def described(self, line: BeforeAfter, name: str) -> str:
-        """The same in words."""
+        """The same as text."""
         _ = self.reader.gettext
         parts = [name, _("before: %(value)s") % {"value": self._text(line.before)}]
         if line.after is not None:

@@ -1,6 +1,6 @@
 """Dials of a live reading: amplitude, phase, steadiness. Drawn still; a script may turn the needles.
 
-Without a reading the needle is drawn hidden, for a script to show: no dial points at what nobody measured.
+Without a reading the needle is drawn hidden, for a script to show: no dial points at what no one measured.
 A needle is a group with `data-dial`. Amplitude: it stands at `data-from` degrees for 0 and at `data-to` for `data-top`
 (stored unit). Phase: it stands at `data-sign` times the stated phase in degrees. 0 degrees is up, clockwise.
 """

@@ -28,7 +28,7 @@ CENTRE: Point = (WIDTH / 2, 276.0)
 HOLES, RIM, WORDS = 150.0, 182.0, 204.0
 """Radii on paper of the holes, of the drum, and of the words beside it."""
 MAX_NUMBERS = 40
-"""Above so many holes only those that matter, and every fifth, have their number."""
+"""Above this many holes only those that matter, and every fifth, have their number."""
 _QUARTER = 92.0
 """Radius on paper of the word that tells which way angles count."""
 _HEAD = 52.0
@@ -220,7 +220,7 @@ def _crossed(where: Point, arm: float, cls: str) -> tuple[Line, Line]:
 
 
 def _piece_words(machine: Machine, compass: Compass, holes: Sequence[Hole], reader: Reader) -> list[Words]:
-    """The masses in words outside the drum; moved outwards, and with the hole's name, where two would meet."""
+    """The masses as text outside the drum; moved outwards, and with the hole's name, where two would meet."""
     out: list[Words] = []
     for hole in holes:
         for part, text in _mass_lines(hole, reader):
@@ -277,7 +277,7 @@ def _legend_cell(top: float, index: int, part: Part, words: str) -> list[Item]:
 
 
 def _described(holes: Sequence[Hole], legend: dict[Part, str], reader: Reader) -> str:
-    """What is done at each hole, in words."""
+    """What is done at each hole, as text."""
     lines = []
     for hole in holes:
         for piece in hole.pieces:

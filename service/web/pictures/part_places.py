@@ -121,7 +121,7 @@ def unrolled(
 
 
 def described(places: Sequence[PlacedPart], reader: Reader) -> str:
-    """Which part is in which place, in words."""
+    """Which part is in which place, as text."""
     _ = reader.gettext
     return "; ".join(
         _("place %(place)s: %(part)s") % {"place": one.label, "part": one.part or _("empty")} for one in places

@@ -53,7 +53,7 @@ def polar_plot(
     Excluded runs are left out, run-out is subtracted; of more than `MAX_RUNS` the first and the latest are drawn.
     predicted: what a plan or correction leads one to expect, with the circle that its interval spans. close_up: only as
     far as prediction and limit reach, for what is near the centre; longer vectors are left out. legend: say every run
-    in words below. Angles as in `compass`.
+    as text below. Angles as in `compass`.
     """
     _ = reader.gettext
     spec = next(s for s in machine.sensors if s.name == sensor)

@@ -9,7 +9,7 @@ from service.web.pictures.reader import Reader
 
 
 def mass_words(masses: Sequence[MassOnRotor], reader: Reader, most: int = 4) -> str:
-    """Masses in words, such as `L: 200 g @ 0°`; beyond `most` only how many more."""
+    """Masses as text, such as `L: 200 g @ 0°`; beyond `most` only how many more."""
     words = [f"{short(m.plane)}: {reader.mass(m.mass_g)} @ {reader.angle(m.angle_deg)}" for m in masses[:most]]
     more = len(masses) - most
     return ", ".join([*words, *([reader.gettext("%(count)s more") % {"count": more}] if more > 0 else [])])

@@ -58,7 +58,7 @@ def arrangement_front(page: LongPageDep, arrangement_id: Key) -> HTMLResponse:
 
 @router.post("/again")
 def arrange_again(page: PageDep, typed: TypedDep, arrangement_id: Key) -> Response:
-    """The arrangement with at most so many moves."""
+    """The arrangement with at most this many moves."""
     made, form = arrangements.get(page.work, arrangement_id), Form(typed, page.preferences)
     most = form.whole("max_moves", low=0, high=len(made.places))
     if most is None:

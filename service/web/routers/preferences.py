@@ -32,5 +32,5 @@ def change_preferences(page: PageDep, typed: TypedDep) -> Response:
 
 
 def local(path: str) -> str:
-    """The path if it is one of this service, else the first page: nobody is sent elsewhere."""
+    """The path if it is one of this service, else the first page: no one is sent elsewhere."""
     return path if _LOCAL.fullmatch(path) else "/"

@@ -257,7 +257,7 @@ def _of_alternatives(page: Page, guide: Guide) -> tuple[Plan, ...]:
 
 
 def _drawn(page: Page, guide: Guide, plan: Plan) -> dict[str, list[Any]]:
-    """What a plan asks to be done, in words and in pictures."""
+    """What a plan asks to be done, as text and in pictures."""
     todo = moves(guide.session.machine, plan.changes)
     ends = pictures.ends(
         guide.session, todo, page.preferences, blocked=plan.request.blocked, other_end=_other_end(page)

@@ -104,7 +104,7 @@ def thinned(problem: SelectionProblem, selection: Selection, heaviest: float, st
 
 
 def _some(items: IntArray, holes: int, half: int, rng: np.random.Generator) -> tuple[IntArray, int]:
-    """Some of the items, and how many holes, so that halves of so many pieces can be listed."""
+    """Some of the items, and how many holes, so that halves of this many pieces can be listed."""
     pairs = 2.0
     while (pairs + half) ** half / math.factorial(half) < MAX_HALVES:
         pairs *= 1.25

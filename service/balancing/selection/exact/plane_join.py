@@ -55,7 +55,7 @@ class PlaneList:
         )
 
     def only(self, pieces: int) -> PlaneList:
-        """Those of exactly so many pieces."""
+        """Those of exactly this many pieces."""
         keep = self.pieces == pieces
         return PlaneList(
             self.vector[keep],

@@ -1,4 +1,4 @@
-"""One rung of the exact search: all selections of at most so many pieces a plane, level by level.
+"""One rung of the exact search: all selections of at most this many pieces a plane, level by level.
 
 For a level z, everything better than z lies in an ellipsoid around the continuous optimum (`level_ellipsoid`). The
 selections of each plane in its shadow are listed (`meet_in_middle`), the lists are combined (`plane_join`), and what

@@ -52,7 +52,7 @@ STEPS_A_PART = 150
 STEPS_A_BOX = 1000
 """Steps of the search of a thinner box."""
 FAR = 3.0
-"""Masses heavier than so many times the greatest continuous correction are left out of the parts."""
+"""Masses heavier than this many times the greatest continuous correction are left out of the parts."""
 IDLE = 20
 """Parts searched without finding anything better before they may carry one more piece a plane."""
 STALLED = 40
@@ -70,7 +70,7 @@ def search_exact(
 ) -> Iterator[ExactState]:
     """Return an iterator of states, ending when the optimum is proved; where it cannot be, it goes on improving.
 
-    start: a selection known to be allowed. most_pieces: at most so many in all planes together. keep: how many best
+    start: a selection known to be allowed. most_pieces: at most this many in all planes together. keep: how many best
     selections. good_enough: values up to it are equal, and fewest pieces, least mass, commonest stock decide; without
     it they decide among values equal to nine digits. bounds: from `bounds_for`, where several searches of one problem
     follow each other. A step takes some ten milliseconds; the caller stops by leaving, at the latest when a state is
@@ -247,13 +247,13 @@ def last_state(
 def exact_result(
     problem: SelectionProblem, state: ExactState, uncertainty: float = 0.0, *, limited: bool = False
 ) -> SelectionResult:
-    """Result of a search that ended in `state`; limited: it looked at selections of at most so many pieces only."""
+    """Result of a search that ended in `state`; limited: it looked at selections of at most this many pieces only."""
     status, message = _ending(state, uncertainty, limited=limited)
     return result_of(problem, state.selection, status, message, state.evaluations, state.lower_bound)
 
 
 def _ending(state: ExactState, uncertainty: float, *, limited: bool) -> tuple[Status, Message]:
-    """Status and message; limited: selections of at most so many pieces were looked at only."""
+    """Status and message; limited: selections of at most this many pieces were looked at only."""
     gap = state.value - state.lower_bound
     if state.proved or gap <= 0.0:
         return "optimal", Message("selection_proved.fewest" if limited else "selection_proved")
