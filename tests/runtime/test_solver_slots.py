@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 
@@ -22,6 +23,25 @@ def test_a_turn_is_free_again_after_its_block_whatever_became_of_it() -> None:
     assert (refused.value.code, refused.value.retry_after_s) == ("too_many_solves", 2)
     with turns.turn():
         pass
+
+
+def test_sixteen_wait_for_a_turn_and_the_next_is_refused_at_once() -> None:
+    turns = SolverSlots(1, wait_s=60.0)
+
+    def compute() -> bool:
+        with turns.turn():
+            return True
+
+    with ThreadPoolExecutor(16) as threads:
+        with turns.turn():
+            waiting = [threads.submit(compute) for _ in range(16)]
+            # All are in the queue once it has no place left: one that was taken to look is given back at once.
+            while turns._queue.acquire(blocking=False):
+                turns._queue.release()
+                assert not any(one.done() for one in waiting)
+            with pytest.raises(Unavailable), turns.turn():
+                pass
+        assert all(one.result() for one in waiting)
 
 
 def test_beyond_the_limit_a_plan_is_refused_with_when_to_come_again(shop: Workshop) -> None:

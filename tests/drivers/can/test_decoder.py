@@ -77,6 +77,17 @@ def test_lost_frames_are_counted_to_their_sensor() -> None:
     assert counted(decoder) == {}
 
 
+@pytest.mark.parametrize(("gap", "lost", "late"), [(100, 99, 0), (128, 127, 0), (129, 0, 1)])
+def test_up_to_half_a_turn_of_the_counter_is_a_loss_and_more_is_a_frame_that_came_late(
+    gap: int, lost: int, late: int
+) -> None:
+    """A counter of 256: one that is 128 ahead has missed 127 frames, one that is 129 ahead is 127 behind."""
+    frames = sensor_frames(300)
+    decoder = FrameDecoder(standard_mapping(("P",)))
+    feed(decoder, [*frames[:6], frames[5 + gap]])
+    assert (decoder.lost_frames, counted(decoder).get("late", 0)) == (lost, late)
+
+
 def test_doubled_frames_are_read_once() -> None:
     frames = [frame for frame in sensor_frames(30) for _ in range(2)]
     decoder = FrameDecoder(standard_mapping(("P",)))
