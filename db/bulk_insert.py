@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple, cast
 
 from sqlalchemy import Connection, CursorResult
@@ -69,8 +69,14 @@ def _for_rows(count: int) -> str:
 
 
 def _for_sqlite(row: NewReading) -> tuple[Any, ...]:
-    """The row with its times as SQLAlchemy writes them: UTC, without a zone."""
-    taken, received = (
-        moment.astimezone(UTC).isoformat(" ", "microseconds")[:26] for moment in (row.taken_at, row.received_at)
-    )
+    taken, received = _in_text(row.taken_at), _received_in_text(row.received_at)
     return (*row[:_TIME], taken, *row[_TIME + 1 : _RECEIVED], received, *row[_RECEIVED + 1 :])
+
+
+def _in_text(moment: datetime) -> str:
+    """A time as SQLAlchemy writes it: UTC, without a zone."""
+    return moment.astimezone(UTC).isoformat(" ", "microseconds")[:26]
+
+
+_received_in_text = lru_cache(maxsize=16)(_in_text)
+"""All readings of a request were received at one time."""

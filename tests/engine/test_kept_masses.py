@@ -10,6 +10,7 @@ import pytest
 from service.engine.kept_masses import broken_limits
 from service.engine.logs.replay import last_problem
 from service.engine.selection_problem import PlanContext, pose
+from service.messages import render
 from service.model.machine import Plane
 from service.model.plan import BlockedPosition, Placement, PlanRequest
 from tests.support.numerics.drum_log import session
@@ -35,7 +36,7 @@ def reason(*kept: Placement, blocked: tuple[float, ...] = (), base: str = "prese
         blocked=tuple(BlockedPosition(plane="1", position_deg=at) for at in blocked),
     )
     found = broken_limits(pose(changed, request))
-    return None if found is None else found.reason
+    return None if found is None or found.reason is None else render(found.reason)
 
 
 def test_pieces_that_keep_all_limits_stay() -> None:
@@ -46,10 +47,10 @@ def test_pieces_that_keep_all_limits_stay() -> None:
 @pytest.mark.parametrize(
     ("kept", "limits", "words"),
     [
-        ((0.0, 20.0, 40.0, 60.0), {}, "carries 4 masses"),
-        ((0.0, 20.0), {"max_total_mass_g": 99.0}, "carries 100 g"),
-        ((0.0, 0.0), {}, "hole 1 of plane 1 carries 2 masses"),
-        ((0.0,), {"max_force_n": 30.0}, "is pulled with 38 N"),
+        ((0.0, 20.0, 40.0, 60.0), {}, 'plane "1" must carry at most 3 masses, it has 4'),
+        ((0.0, 20.0), {"max_total_mass_g": 99.0}, "at most 99 g, it has 100 g"),
+        ((0.0, 0.0), {}, 'hole "1" of plane "1" must carry at most 1'),
+        ((0.0,), {"max_force_n": 30.0}, "at most 30 N, it is with 38 N"),
     ],
 )
 def test_each_limit_is_named(kept: tuple[float, ...], limits: dict[str, float], words: str) -> None:
@@ -66,7 +67,7 @@ def test_a_limit_that_is_just_met_is_kept() -> None:
 def test_a_blocked_hole_must_not_carry_one_that_stays() -> None:
     told = reason(piece(40.0), blocked=(40.0,))
     assert told is not None
-    assert "hole 3 of plane 1 is blocked" in told
+    assert 'hole "3" of plane "1" is blocked' in told
 
 
 def test_only_a_plan_that_leaves_them_on_asks() -> None:

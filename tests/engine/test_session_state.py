@@ -9,6 +9,7 @@ import pytest
 from service.engine import correct, plan
 from service.engine.session_state import Progress, after, next_step
 from service.errors import OutOfOrder
+from service.messages import render
 from tests.support.numerics.drum_log import RUNS, session
 
 LOG = session()
@@ -20,6 +21,11 @@ class Facts:
     id: str = "s"
     state: str = "open"
     fitted_plan_id: str | None = None
+
+
+def said(found: Progress) -> str:
+    """The next step in English."""
+    return render(next_step(found))
 
 
 def progress(count: int, **changes: object) -> Progress:
@@ -41,13 +47,13 @@ def test_runs_come_first_then_corrections_then_a_plan_then_the_masses() -> None:
     ]
     wanted = ["initial", "trial", "correction", "plan", "fit", "check", "decide", "closed"]
     assert [one.step for one in steps] == wanted
-    assert len({next_step(one) for one in steps}) == len(steps)
+    assert len({said(one) for one in steps}) == len(steps)
 
 
 def test_what_is_missing_is_named() -> None:
-    assert next_step(progress(1)) == "take a trial run in plane 1 and a trial run in plane 2, then ask for corrections"
+    assert said(progress(1)) == 'take a trial run in plane "1" and a trial run in plane "2", then ask for corrections'
     second = progress(0, runs=LOG.runs[2:])
-    assert next_step(second) == "take an initial run and a trial run in plane 1, then ask for corrections"
+    assert said(second) == 'take an initial run and a trial run in plane "1", then ask for corrections'
     assert progress(2).planes_to_try == ("2",)
 
 
@@ -62,13 +68,13 @@ def test_without_phase_five_runs_are_needed_for_two_planes() -> None:
     found = progress(0, runs=blind)
     assert found.without_phase
     assert (found.runs_missing, found.can_fit, found.step) == (2, False, "trial")
-    assert "2 more trial runs" in next_step(found)
+    assert "2 more trial runs" in said(found)
 
 
 def test_a_correction_that_a_run_has_overtaken_is_asked_for_again() -> None:
     stale = progress(3, corrections=(replace(CORRECTION, stale=True),))
     assert (stale.correction, stale.step) == (None, "correction")
-    assert next_step(stale) == "ask for corrections again: the runs changed since"
+    assert said(stale) == "ask for corrections again: the runs changed since"
 
 
 def test_a_plan_that_is_mounted_or_stale_is_not_to_be_fitted() -> None:
