@@ -26,6 +26,7 @@ from service.runtime.context import AppContext
 from service.settings import Settings
 from service.web import pages
 from service.web.routers import arrangements as arrangement_pages
+from service.web.routers import designs as design_pages
 from service.web.routers import reports
 
 __all__ = ["PREFIX", "create_app"]
@@ -53,7 +54,7 @@ def create_app(settings: Settings, work: AppContext | None = None, state: AppSta
         app.include_router(room.router, prefix=PREFIX)
     include_health(app)
     openapi.install(app)
-    for files in (reports.files, arrangement_pages.files):
+    for files in (reports.files, arrangement_pages.files, design_pages.files):
         app.include_router(files, prefix=PREFIX, include_in_schema=False)
     pages.install(app)
     return app

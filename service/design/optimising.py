@@ -212,14 +212,25 @@ class _Enumeration:
         return Progress(1, found[0], found[1], 0.0, 1)
 
 
-def _require_method(problem: DesignProblem, method: str) -> None:
-    known = [
+def methods(document: Document) -> tuple[str, ...]:
+    """Names of the methods that can optimise a document, the best known first. Raises RefusedDesign."""
+    problem = study_of(document).problem(document)
+    best = default_method(problem)
+    return (best, *(name for name in _known(problem) if name != best))
+
+
+def _known(problem: DesignProblem) -> list[str]:
+    return [
         name
         for name in METHODS
         if (name == ENUMERATION and problem.exact is not None)
         or (name == SQP and problem.alternatives)
         or (name not in (ENUMERATION, SQP) and problem.mixed is not None)
     ]
+
+
+def _require_method(problem: DesignProblem, method: str) -> None:
+    known = _known(problem)
     if method not in known:
         raise refusal(Message("design_name_unknown", field="method", value=method, known=listed(known)))
 

@@ -16,12 +16,21 @@ LARGEST = 1e100
 """No quantity of a machine is larger, in any unit; what is would overflow in products."""
 
 
+@dataclass(frozen=True)
+class Asked:
+    """A field that reading asked for: its quantity, and what it may be where that is a choice."""
+
+    quantity: str = PURE
+    choices: tuple[str, ...] = ()
+
+
 @dataclass
 class Problems:
-    """What reading has found so far, and the units of the document."""
+    """What reading has found so far, the units of the document, and the fields that were asked for by path."""
 
     units: Mapping[str, str] = field(default_factory=dict)
     found: list[Finding] = field(default_factory=list)
+    asked: dict[str, Asked] = field(default_factory=dict)
 
     def add(self, message: Message) -> None:
         """Note a refusal."""
@@ -70,7 +79,7 @@ class Table:
         most: float | None = None,
     ) -> float:
         """A number in SI; limits: in the document's unit. default: in SI."""
-        if not self._stated(name, default is not None):
+        if not self._stated(name, default is not None, Asked(quantity)):
             return NAN if default is None else default
         value = self._number(self.values[name], self.at(name))
         if not math.isnan(value):
@@ -90,9 +99,10 @@ class Table:
 
     def text(self, name: str, *, default: str | None = None, choices: Iterable[str] = ()) -> str:
         """A text, one of the choices if there are any."""
-        if not self._stated(name, default is not None):
+        known = tuple(choices)
+        if not self._stated(name, default is not None, Asked(choices=known)):
             return default or ""
-        value, known = self.values[name], tuple(choices)
+        value = self.values[name]
         if not isinstance(value, str):
             self.problems.add(Message("design_not_text", field=self.at(name), value=told(value)))
             return known[0] if known else ""
@@ -121,7 +131,7 @@ class Table:
         most: int = 100,
     ) -> tuple[float, ...]:
         """A list of numbers in SI. count: how many it must hold; default: in SI."""
-        if not self._stated(name, default is not None):
+        if not self._stated(name, default is not None, Asked(quantity)):
             return default if default is not None else (NAN,) * (count or 1)
         values = self.values[name]
         if not isinstance(values, list) or (count is not None and len(values) != count) or len(values) > most:
@@ -204,8 +214,10 @@ class Table:
                     Message("design_field_unknown", field=self.at(str(name)), known=listed(sorted(self._asked)))
                 )
 
-    def _stated(self, name: str, optional: bool) -> bool:
+    def _stated(self, name: str, optional: bool, asked: Asked | None = None) -> bool:
         self._asked.add(name)
+        if asked is not None:
+            self.problems.asked[self.at(name)] = asked
         if name in self.values:
             return True
         if not optional:

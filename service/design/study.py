@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
 
 from service.design.findings import Finding
+from service.design.reading import Asked
 from service.design.units import PURE
 from service.mechanics.bodies import FloatArray
 from service.optimize.epsilon import TwoObjectives
@@ -142,6 +143,9 @@ class Study(Protocol):
 
     def check(self, document: Document) -> tuple[Finding, ...]:
         """Everything that is wrong with a document, and warnings; never raises for bad values."""
+
+    def asked(self, document: Document) -> Mapping[str, Asked]:
+        """The fields of a document by path, with their quantities and choices."""
 
     def simulate(self, document: Document) -> Simulation:
         """Responses of the document's own design; raises RefusedDesign as `check` says."""

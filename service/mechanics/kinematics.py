@@ -22,9 +22,13 @@ BoolArray = NDArray[np.bool_]
 
 DEAD_POINT = math.radians(1e-4)
 """Smallest angle between the links of a dyad, rad; below it forces are without limit."""
+CLEAR = math.radians(0.5)
+"""By so much the links of a dyad must stay clear of being in line while the crank turns, rad."""
 SCANNED = 1440
-"""Crank angles at which closing is looked for when it fails somewhere."""
-BISECTIONS = 40
+"""Crank angles at which dead points and gaps are looked for; between them the narrowest places are refined."""
+NARROW = 0.99
+"""Places where the cosine between links is no larger are not refined: a step of the scan changes it by less."""
+BISECTIONS, THIRDS = 40, 60
 
 
 @dataclass(frozen=True)
@@ -178,52 +182,111 @@ def _joint(pair: Pair, first: ComplexArray, second: ComplexArray) -> tuple[Compl
     return first + line / apart * (along + turn * np.sqrt(np.maximum(gap, 0.0))), gap
 
 
-def closing_intervals(linkage: Linkage) -> list[tuple[float, float]]:
-    """Crank angles (from, to) in rad between which every dyad closes; one interval of 2 pi for a full turn."""
-    angles = whole_turn(SCANNED)
-    closes = _closes(linkage, angles)
-    if closes.all() or not closes.any():
-        return [(0.0, 2.0 * math.pi)] if closes.all() else []
-    edges = np.flatnonzero(closes != np.roll(closes, -1))
-    step = 2.0 * math.pi / SCANNED
-    bounds = _bisected(linkage, angles[edges], angles[edges] + step)
-    if closes[edges[0]]:
+def corner_cosines(linkage: Linkage, angles: FloatArray) -> FloatArray:
+    """Cosine (dyads, n) of the angle between the links of each dyad; beyond 1 or -1 where it does not close.
+
+    What hangs on a dyad that does not close is placed as if its links were in line.
+    """
+    layout, shape = linkage.layout, (len(linkage.links), len(angles))
+    state = _still(shape)
+    _hang(state, layout.crank, np.exp(1j * angles), state.at(layout.pivot), layout.pivot.on_link)
+    cosines = np.empty((len(layout.pairs), len(angles)))
+    for row, pair in enumerate(layout.pairs):
+        first, second = (state.at(support) for support in pair.supports)
+        joint, _ = _joint(pair, first[0], second[0])
+        long, short = pair.lengths
+        cosines[row] = (long**2 + short**2 - np.abs(second[0] - first[0]) ** 2) / (2.0 * long * short)
+        for k, at, end, support in zip(pair.links, (first, second), pair.ends, pair.supports, strict=True):
+            axis = (joint - at[0]) / (end - support.on_link)
+            _hang(state, k, axis / np.maximum(np.abs(axis), 1e-300), at, support.on_link)
+    return cosines
+
+
+def require_turning(linkage: Linkage) -> None:
+    """Raise Refusal unless the crank turns fully with every dyad clear of its dead points by `CLEAR`.
+
+    The narrowest places are found between the scanned crank angles too. The refusal names dyad, crank angle and the
+    crank angles between which the linkage turns.
+    """
+    angles = np.concatenate([whole_turn(SCANNED), _narrow_places(linkage)])
+    for pair, size in zip(linkage.layout.pairs, np.abs(corner_cosines(linkage, angles)), strict=True):
+        worst = int(size.argmax())
+        if size[worst] > 1.0:
+            _refuse_gap(linkage, pair, float(angles[worst]))
+        if size[worst] > math.cos(CLEAR):
+            raise Refusal(
+                Message(
+                    "linkage_singular.turn",
+                    field=f"dyads.{pair.joint}",
+                    value=math.degrees(angles[worst]) % 360.0,
+                    joint=pair.joint,
+                    least=math.degrees(CLEAR),
+                    margin=math.degrees(math.acos(size[worst])),
+                    clear=_told(turning_intervals(linkage, math.cos(CLEAR))),
+                )
+            )
+
+
+def turning_intervals(linkage: Linkage, most: float = 1.0) -> list[tuple[float, float]]:
+    """Crank angles (from, to) in rad between which the linkage turns; one interval of 2 pi for a full turn.
+
+    most: greatest size of the cosine of the angle between the links of a dyad; 1: every dyad closes.
+    """
+    angles = np.sort(np.concatenate([whole_turn(SCANNED), _narrow_places(linkage) % (2.0 * math.pi)]))
+    turns = _turns(linkage, angles, most)
+    if turns.all() or not turns.any():
+        return [(0.0, 2.0 * math.pi)] if turns.all() else []
+    edges = np.flatnonzero(turns != np.roll(turns, -1))
+    following = np.append(angles, angles[0] + 2.0 * math.pi)[edges + 1]
+    bounds = _bisected(linkage, angles[edges], following, most)
+    if turns[edges[0]]:
         bounds = np.roll(bounds, 1)
         bounds[0] -= 2.0 * math.pi
     return [(float(start), float(end)) for start, end in zip(bounds[::2], bounds[1::2], strict=True)]
 
 
-def _bisected(linkage: Linkage, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Angles between low and high at which closing changes."""
-    before = _closes(linkage, low)
+def _narrow_places(linkage: Linkage) -> FloatArray:
+    """Crank angles (n,) at which a dyad comes nearest to a dead point, refined between the scanned ones."""
+    angles = whole_turn(SCANNED)
+    size = np.abs(corner_cosines(linkage, angles))
+    rows, at = np.nonzero((size >= np.roll(size, 1, axis=1)) & (size >= np.roll(size, -1, axis=1)) & (size > NARROW))
+    step = 2.0 * math.pi / SCANNED
+    low, high = angles[at] - step, angles[at] + step
+    places = np.arange(len(at))
+
+    def found(where: FloatArray) -> FloatArray:
+        return np.asarray(np.abs(corner_cosines(linkage, where))[rows, places])
+
+    for _ in range(THIRDS if len(at) else 0):
+        left, right = low + (high - low) / 3.0, high - (high - low) / 3.0
+        nearer = found(left) > found(right)
+        low, high = np.where(nearer, low, left), np.where(nearer, right, high)
+    return np.asarray((low + high) / 2.0)
+
+
+def _bisected(linkage: Linkage, low: FloatArray, high: FloatArray, most: float) -> FloatArray:
+    """Angles between low and high at which turning changes."""
+    before = _turns(linkage, low, most)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2.0
-        same = _closes(linkage, middle) == before
+        same = _turns(linkage, middle, most) == before
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     return (low + high) / 2.0
 
 
-def _closes(linkage: Linkage, angles: FloatArray) -> BoolArray:
-    layout, shape = linkage.layout, (len(linkage.links), len(angles))
-    state = _still(shape)
-    _hang(state, layout.crank, np.exp(1j * angles), state.at(layout.pivot), layout.pivot.on_link)
-    closes = np.ones(len(angles), dtype=bool)
-    for pair in layout.pairs:
-        first, second = (state.at(support) for support in pair.supports)
-        joint, gap = _joint(pair, first[0], second[0])
-        closes &= gap >= 0.0
-        for k, at, end, support in zip(pair.links, (first, second), pair.ends, pair.supports, strict=True):
-            axis = (joint - at[0]) / (end - support.on_link)
-            _hang(state, k, axis / np.abs(axis), at, support.on_link)
-    return closes
+def _turns(linkage: Linkage, angles: FloatArray, most: float) -> BoolArray:
+    return np.asarray((np.abs(corner_cosines(linkage, angles)) <= most).all(axis=0))
 
 
 def _refuse_gap(linkage: Linkage, pair: Pair, angle: float) -> None:
     field, at = f"dyads.{pair.joint}", math.degrees(angle)
-    intervals = closing_intervals(linkage)
-    if not intervals:
+    closes = _told(turning_intervals(linkage))
+    if not closes:
         raise Refusal(Message("linkage_does_not_close.never", field=field, value=at, joint=pair.joint))
-    closes = [
-        Message("linkage_closes_between", start=math.degrees(start), end=math.degrees(end)) for start, end in intervals
-    ]
     raise Refusal(Message("linkage_does_not_close", field=field, value=at, joint=pair.joint, closes=closes))
+
+
+def _told(intervals: list[tuple[float, float]]) -> tuple[Message, ...]:
+    return tuple(
+        Message("linkage_closes_between", start=math.degrees(start), end=math.degrees(end)) for start, end in intervals
+    )

@@ -11,6 +11,7 @@ from service.web.routers import (
     api_document,
     arrangements,
     boxes,
+    designs,
     home,
     installed,
     listing,
@@ -45,6 +46,7 @@ ROUTERS = (
     arrangements.files,
     boxes.router,
     sources.router,
+    designs.pages,
     reports.router,
 )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 from typer.testing import CliRunner
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 from service.cli import app
 from service.design.documents import preset_text
 from service.design.findings import RefusedDesign
+from service.errors import InvalidInput
 
 RUN = CliRunner()
 
@@ -80,3 +82,35 @@ def test_a_method_that_is_not_for_the_problem_is_refused() -> None:
     ran = RUN.invoke(app, ["design", "optimise", "gear_pair", "--method", "sqp"])
     assert isinstance(ran.exception, RefusedDesign)
     assert "method must be one of enumeration, de_standard" in ran.exception.message
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("sixbar", ""),
+        ("sixbar", "hodograph"),
+        ("cleaning", "moment"),
+        ("flywheel_thresher", "stress"),
+        ("gear_pair", "gears"),
+        ("shaft_set_conflict", "bars"),
+        ("shaft_set_conflict", "front"),
+    ],
+)
+def test_a_picture_stands_alone_in_its_file(tmp_path: Path, name: str, kind: str) -> None:
+    file = tmp_path / "out.svg"
+    asked = [*(["--kind", kind] if kind else []), "--output", str(file), "--language", "de", "--points", "4"]
+    ran = RUN.invoke(app, ["design", "picture", name, *asked])
+    assert ran.exit_code == 0, ran.exception
+    root = ET.fromstring(file.read_text(encoding="utf-8"))
+    assert root.tag.endswith("svg")
+    assert "var(--" not in file.read_text(encoding="utf-8")
+
+
+def test_a_picture_that_a_design_does_not_offer_is_refused_with_those_it_does() -> None:
+    ran = RUN.invoke(app, ["design", "picture", "shaft_set_conflict", "--kind", "gears"])
+    assert isinstance(ran.exception, InvalidInput)
+    assert ran.exception.code == "design_picture_unknown"
+    assert "bars, front" in ran.exception.message
+    ran = RUN.invoke(app, ["design", "picture", "gear_pair", "--language", "xx"])
+    assert isinstance(ran.exception, InvalidInput)
+    assert ran.exception.code == "language_unknown"

@@ -64,6 +64,9 @@ def pages(found: Stocked) -> dict[str, str]:
         f"/boxes/{found.box}": "Ledger",
         "/sessions?words=combine": "Combine 12",
         "/sources": "Readings a second",
+        "/designs": "Published systems to begin with",
+        "/designs/new?name=sixbar": "What this design does",
+        "/designs/new?name=flywheel_literature": "This design breaks limits",
     }
 
 

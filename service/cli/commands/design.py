@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -100,14 +101,16 @@ def optimise(
     steps: Annotated[int | None, typer.Option(min=1, max=100_000, help="Starts, or generations.")] = None,
     time_limit: TimeLimit = 60.0,
     output: Annotated[Path | None, typer.Option(help="Write the design found as a file, JSON.")] = None,
+    seeds: Annotated[int, typer.Option(min=1, max=10_000, help="Independent searches; the best one is shown.")] = 1,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes for them; default: all cores.")] = None,
+    cluster: Annotated[str | None, typer.Option(help="Address of a Dask scheduler to run them on.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Find the best design within the limits of a file, with what speaks for it."""
     from service.cli.support.files import writing
-    from service.design.optimising import optimise as run
 
     document = document_of(file)
-    found = run(document, method, seed, steps, clock=time.monotonic, deadline_s=time_limit)
+    found = _best(document, method, range(seed, seed + seeds), steps, time_limit, workers, cluster)
     if output is not None:
         with writing(output, "design"):
             output.write_text(json.dumps(found.document, indent=2), encoding="utf-8")
@@ -116,6 +119,26 @@ def optimise(
     else:
         _print_outcome(found, document.get("units", {}))
     raise SystemExit(0 if found.result.feasible else 1)
+
+
+def _best(
+    document: dict[str, Any],
+    method: str | None,
+    seeds: range,
+    steps: int | None,
+    time_limit: float,
+    workers: int | None,
+    cluster: str | None,
+) -> Outcome:
+    """The best of several searches; one alone is run here."""
+    from service.batch.designs import agreeing, best_of, optimise_seeds
+    from service.batch.executors import executor
+
+    with executor(1 if len(seeds) == 1 and cluster is None else workers, cluster) as place:
+        found = list(optimise_seeds(place, document, seeds, method, steps, time_limit))
+    if len(seeds) > 1:
+        print(f"{agreeing(found)} of {len(seeds)} searches ended in the best", file=sys.stderr)
+    return best_of(found).outcome
 
 
 @app.command()
@@ -177,6 +200,31 @@ def verdict(
         print(f"  {best.objective}: {value:.8g}, optimum {least:.8g} {unit_of(quantity, units)}")
     print()
     _print_outcome(found.optimum, units)
+
+
+@app.command()
+def picture(
+    file: DesignFile,
+    kind: Annotated[
+        str, typer.Option(help="linkage, hodograph, force, moment, section, stress, gears, bars or front.")
+    ] = "",
+    output: Annotated[Path | None, typer.Option(help="SVG file to write; default: FILE's name and the kind.")] = None,
+    against: Annotated[str | None, typer.Option(help="A second file, drawn next to it as the present design.")] = None,
+    points: Annotated[int, typer.Option(min=2, max=500, help="Points along a front.")] = 60,
+    language: Annotated[str, typer.Option(help="Language of its texts, such as en or de.")] = "en",
+) -> None:
+    """Draw a design as an SVG file: the linkage over a turn, curves, a disc's section, a front."""
+    from service.cli.support.design_pictures import drawn
+    from service.cli.support.files import writing
+    from service.web.pictures.svg import to_file
+
+    document = document_of(file)
+    before = None if against is None else document_of(against)
+    chosen, found = drawn(document, before, kind, points, language)
+    path = output or Path(f"{Path(file).stem}-{chosen}.svg")
+    with writing(path, "picture"):
+        path.write_text(to_file(found), encoding="utf-8")
+    print(path)
 
 
 def _plain_verdict(found: Verdict) -> dict[str, Any]:

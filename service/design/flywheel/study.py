@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from service.design.documents import patched
 from service.design.findings import Finding, RefusedDesign, warning
 from service.design.flywheel.case import FlywheelCase, Goal, read_flywheel
+from service.design.reading import Asked
 from service.design.study import (
     Curve,
     DesignProblem,
@@ -49,6 +50,10 @@ class FlywheelStudy:
         """Everything that is wrong with a document, and warnings."""
         case, problems = read_flywheel(document)
         return tuple(problems.found) if case is None else (*problems.found, *_warnings(case))
+
+    def asked(self, document: Document) -> Mapping[str, Asked]:
+        """The fields of a document by path, with their quantities and choices."""
+        return read_flywheel(document)[1].asked
 
     def simulate(self, document: Document) -> Simulation:
         """Responses of the thickness; raises RefusedDesign."""

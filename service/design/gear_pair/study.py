@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from service.design.documents import patched
 from service.design.findings import Finding, RefusedDesign, warning
 from service.design.gear_pair.case import MILLIMETRE, GearCase, read_gear
 from service.design.gear_pair.search import aimed, best_printed, best_sound
+from service.design.reading import Asked
 from service.design.study import DesignProblem, Document, LimitCheck, Scalar, Simulation, Variable, limit_check
 from service.design.units import UNITS, unit_of
 from service.mechanics.bodies import FloatArray
@@ -35,6 +37,10 @@ class GearPairStudy:
         """Everything that is wrong with a document, and warnings."""
         case, problems = read_gear(document)
         return tuple(problems.found) if case is None else (*problems.found, *_warnings(case))
+
+    def asked(self, document: Document) -> Mapping[str, Asked]:
+        """The fields of a document by path, with their quantities and choices."""
+        return read_gear(document)[1].asked
 
     def simulate(self, document: Document) -> Simulation:
         """Responses of the pair; raises RefusedDesign."""

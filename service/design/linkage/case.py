@@ -17,7 +17,7 @@ from service.design.study import Document
 from service.errors import NumericsError
 from service.mechanics.bodies import FloatArray
 from service.mechanics.dynamics import Features, Quantity, features, mass_numbers
-from service.mechanics.kinematics import Motion, motion, whole_turn
+from service.mechanics.kinematics import Motion, motion, require_turning, whole_turn
 
 SMALLEST = 1e-12
 """A root mean square below this part of its scale is taken as this when it is divided by."""
@@ -111,6 +111,7 @@ def read_case(document: Document) -> tuple[LinkageCase | None, Problems]:
     if stated is None or refused(problems):
         return None, problems
     try:
+        require_turning(stated.linkage)
         moving = motion(stated.linkage, whole_turn(stated.samples), stated.speed)
     except NumericsError as error:
         problems.found.append(of_error(error, "linkage"))

@@ -13,6 +13,7 @@ from service.design.linkage.case import LinkageCase, read_case
 from service.design.linkage.mass_designs import PointMasses
 from service.design.linkage.mass_limits import angle_check
 from service.design.linkage.problem import linkage_problem
+from service.design.reading import Asked
 from service.design.study import Curve, DesignProblem, Document, LimitCheck, Scalar, Simulation, limit_check
 from service.errors import NumericsError
 from service.mechanics.bodies import Body, as_three_points, check_body
@@ -34,6 +35,10 @@ class LinkageStudy:
         """Everything that is wrong with a document, and warnings."""
         case, problems = read_case(document)
         return tuple(problems.found) if case is None else (*problems.found, *_warnings(case))
+
+    def asked(self, document: Document) -> Mapping[str, Asked]:
+        """The fields of a document by path, with their quantities and choices."""
+        return read_case(document)[1].asked
 
     def simulate(self, document: Document) -> Simulation:
         """Responses of the design; raises RefusedDesign."""

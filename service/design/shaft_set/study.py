@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from service.design.documents import patched
 from service.design.findings import Finding, RefusedDesign, warning
+from service.design.reading import Asked
 from service.design.shaft_set.case import AIMS, ShaftCase, read_shaft
 from service.design.study import DesignProblem, Document, LimitCheck, Scalar, Simulation, Variable, limit_check
 from service.design.units import UNITS, unit_of
@@ -32,6 +34,10 @@ class ShaftSetStudy:
         """Everything that is wrong with a document, and warnings."""
         case, problems = read_shaft(document)
         return tuple(problems.found) if case is None else (*problems.found, *_warnings(case))
+
+    def asked(self, document: Document) -> Mapping[str, Asked]:
+        """The fields of a document by path, with their quantities and choices."""
+        return read_shaft(document)[1].asked
 
     def simulate(self, document: Document) -> Simulation:
         """Responses of the masses; raises RefusedDesign."""

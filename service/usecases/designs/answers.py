@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 from service.design import optimising
 from service.design.documents import preset, presets
-from service.design.findings import Finding
+from service.design.findings import Finding, RefusedDesign
 from service.design.registry import check as check_document
 from service.design.registry import study_of
 from service.design.study import LimitCheck, Simulation
@@ -51,10 +51,14 @@ def check(request: told.DesignRequest) -> told.DesignCheck:
 
 def evaluate(work: AppContext, request: told.DesignRequest) -> told.DesignEvaluation:
     """What the design of a document does; raises RefusedDesign."""
-    study = study_of(request.document)
     with work.turns.turn():
-        simulation = study.simulate(request.document)
-    units = _units(request.document)
+        return evaluated(request.document)
+
+
+def evaluated(document: told.DesignDocument) -> told.DesignEvaluation:
+    """The same without a turn among the selections: it takes some milliseconds."""
+    simulation = study_of(document).simulate(document)
+    units = _units(document)
     curves = tuple(
         told.DesignCurve(
             name=one.name,
@@ -68,6 +72,23 @@ def evaluate(work: AppContext, request: told.DesignRequest) -> told.DesignEvalua
     return told.DesignEvaluation(
         responses=_responses(simulation, units), curves=curves, drawing=dict(simulation.drawing)
     )
+
+
+def methods(document: told.DesignDocument) -> tuple[str, ...]:
+    """Methods that can optimise a document, the best known first; none where nothing of it is free."""
+    try:
+        return optimising.methods(document)
+    except RefusedDesign:
+        return ()
+
+
+def has_front(document: told.DesignDocument) -> bool:
+    """Whether a document has two responses to trade off."""
+    try:
+        optimising.require_front(document)
+    except RefusedDesign:
+        return False
+    return True
 
 
 def optimise(work: AppContext, request: told.DesignOptimiseRequest) -> told.DesignOutcome:

@@ -93,6 +93,21 @@ RULES: tuple[tuple[str, Properties], ...] = (
     ("pic-after-words", {"fill": "pic-check", "font-weight": "700"}),
     ("pic-curve", {"fill": "none", "stroke": "pic-trial", "stroke-width": "2.5"}),
     ("pic-curve-before", {"fill": "none", "stroke": "pic-soft", "stroke-width": "2", "stroke-dasharray": "6 4"}),
+    (
+        "pic-curve-second",
+        {"fill": "none", "stroke": "pic-correction", "stroke-width": "2.5", "stroke-dasharray": "9 4"},
+    ),
+    ("pic-curve-third", {"fill": "none", "stroke": "pic-predicted", "stroke-width": "2.5", "stroke-dasharray": "3 3"}),
+    (
+        "pic-curve-fourth",
+        {"fill": "none", "stroke": "pic-correction", "stroke-width": "2.5", "stroke-dasharray": "12 3"},
+    ),
+    ("pic-path", {"fill": "none", "stroke": "pic-grid", "stroke-width": "1.5", "stroke-dasharray": "2 4"}),
+    ("pic-ghost", {"fill": "none", "stroke": "pic-grid", "stroke-width": "1"}),
+    ("pic-link", {"fill": "pic-region", "stroke": "pic-ink", "stroke-width": "5", "fill-opacity": "0.5"}),
+    ("pic-mass", {"fill": "pic-remove"}),
+    ("pic-section", {"fill": "pic-region", "stroke": "pic-trial", "stroke-width": "2.5", "fill-opacity": "0.6"}),
+    ("pic-section-before", {"fill": "none", "stroke": "pic-soft", "stroke-width": "2", "stroke-dasharray": "6 4"}),
     ("pic-dot", {"fill": "pic-trial", "stroke": "pic-ground", "stroke-width": "2"}),
     ("pic-dot-before", {"fill": "pic-ground", "stroke": "pic-soft", "stroke-width": "2"}),
     ("pic-chosen", {"fill": "none", "stroke": "pic-check", "stroke-width": "3"}),
@@ -113,11 +128,13 @@ RULES: tuple[tuple[str, Properties], ...] = (
 BEGIN, END = "/* rules of palette.py: */\n", "/* end of palette.py */\n"
 
 
-def css() -> str:
-    """The rules as CSS, a line each."""
+def css(*, plain: bool = False) -> str:
+    """The rules as CSS, a line each; plain: with the light colours themselves, for a file that stands alone."""
 
     def value(text: str) -> str:
-        return f"var(--{text})" if text in LIGHT else text
+        if text not in LIGHT:
+            return text
+        return LIGHT[text] if plain else f"var(--{text})"
 
     lines = (
         f".{name} {{ {' '.join(f'{key}: {value(text)};' for key, text in properties.items())} }}\n"

@@ -7,6 +7,7 @@ from html import escape
 from markupsafe import Markup
 
 from service.web.pictures.drawing import Circle, Group, Item, Line, Picture, Words
+from service.web.pictures.palette import css
 
 
 def to_svg(picture: Picture, *, standalone: bool = False) -> Markup:
@@ -18,6 +19,15 @@ def to_svg(picture: Picture, *, standalone: bool = False) -> Markup:
         f"<title>{escape(picture.title)}</title><desc>{escape(picture.description)}</desc>"
     )
     return Markup(head + "".join(map(_item, picture.items)) + "</svg>")  # noqa: S704 every text is escaped below
+
+
+def to_file(picture: Picture) -> str:
+    """SVG text of a picture as a file that stands alone: light, with its own colours, at the picture's size."""
+    size = f' width="{_n(picture.width)}" height="{_n(picture.height)}"'
+    style = f"<style>text{{font-family:sans-serif}}\n{css(plain=True)}</style>"
+    text = str(to_svg(picture, standalone=True)).replace("<svg", f"<svg{size}", 1)
+    ground = '<rect width="100%" height="100%" fill="#ffffff"/>'
+    return text.replace("</desc>", f"</desc>{style}{ground}", 1)
 
 
 def _item(item: Item) -> str:
