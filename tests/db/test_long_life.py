@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
@@ -12,6 +13,7 @@ from sqlalchemy import event
 
 from db import backup, migrate
 from db.database import Database
+from drivers.files.readings import Recorder, read_recording
 from service.cli.commands.transfer import export_sessions, import_sessions
 from service.engine.logs.replay import read_log, resolve
 from service.usecases import audit
@@ -76,6 +78,24 @@ def test_the_logs_of_a_version_give_their_answers_again_and_can_be_imported(
     for line in logs.read_text(encoding="utf-8").splitlines():
         assert resolve(read_log(line)).changed == ()
     import_sessions(logs, f"sqlite:///{tmp_path / 'elsewhere.db'}")
+
+
+@pytest.mark.only("sqlite")
+@pytest.mark.parametrize("version", RECORDED)
+def test_the_recording_of_a_version_is_read_written_again_and_stored(
+    engine: Engine, version: str, tmp_path: Path
+) -> None:
+    recording = VERSIONS / version / "recording.jsonl"
+    readings = list(read_recording(recording))
+    assert [one.sequence for one in readings] == list(range(1, len(readings) + 1))
+    assert {one.source for one in readings} == {"pickup 5 mm"}
+    with Recorder(tmp_path / "again.jsonl") as again:
+        again.write(readings)
+    assert (tmp_path / "again.jsonl").read_bytes() == recording.read_bytes()
+    with upgraded(version, engine, tmp_path) as shop:
+        shop.ask("PUT", "/sources/pickup%205%20mm", {"machine_id": shop.machine()})
+        sent = [json.loads(line) for line in recording.read_text(encoding="utf-8").splitlines()]
+        assert shop.post("/readings", sent)["accepted"] == len(readings)
 
 
 class Killed(BaseException):

@@ -1,7 +1,7 @@
 """`python -m tests.support.storage.record_version`: what this version stores, kept for the versions after it.
 
-Run at each release. Writes `tests/golden/versions/VERSION/`: the database as SQL text, and the log of each session, one
-a line. Every kind of row is in it, told through the API alone, so that the script runs with any version.
+Run at each release. Writes `tests/golden/versions/VERSION/`: the database as SQL text, the log of each session, one a
+line, and a recording of readings. Every kind of row is in it, told through the API alone, so that the script runs with any version.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import math
 import sqlite3
 import sys
 import tempfile
+from collections.abc import Iterator
 from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -19,6 +20,8 @@ from typing import Any
 
 from fastapi.testclient import TestClient
 
+from drivers.files.readings import Recorder
+from drivers.reading import Reading
 from service.app import create_app
 from service.settings import Settings
 from service.version import __version__
@@ -64,7 +67,25 @@ def main() -> None:
             text = "\n".join(connection.iterdump()) + "\n"
     (folder / "drumtrue.sql").write_text(text, encoding="utf-8")
     (folder / "logs.jsonl").write_text("".join(f"{json.dumps(log)}\n" for log in logs), encoding="utf-8")
+    with Recorder(folder / "recording.jsonl") as recording:
+        recording.write(_readings())
     print(f"{folder}: {len(logs)} logs, {len(text)} characters of SQL")
+
+
+def _readings() -> Iterator[Reading]:
+    """A recording in which every field is stated, and left out."""
+    for k in range(6):
+        yield Reading(
+            source="pickup 5 mm",
+            sequence=k + 1,
+            taken_at=datetime(2026, 3, 1, 12, tzinfo=UTC) + timedelta(seconds=0.5 * k, microseconds=k),
+            sensor="PQ"[k % 2],
+            amplitude=3.109 + 0.01 * k,
+            phase_deg=40.25 + k if k % 3 else None,
+            speed_rpm=459.5 + k / 8 if k > 2 else None,
+            scatter=0.012 if k > 3 else None,
+            overall_rms=4.5 if k > 3 else None,
+        )
 
 
 def _fill(service: Service) -> list[Any]:
