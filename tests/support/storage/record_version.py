@@ -1,7 +1,8 @@
 """`python -m tests.support.storage.record_version`: what this version stores, kept for the versions after it.
 
 Run at each release. Writes `tests/golden/versions/VERSION/`: the database as SQL text, the log of each session, one a
-line, and a recording of readings. Every kind of row is in it, told through the API alone, so that the script runs with any version.
+line, and a recording of readings. Every kind of row is in it, told through the API alone, so that the script runs with
+any version.
 """
 
 from __future__ import annotations
@@ -68,11 +69,11 @@ def main() -> None:
     (folder / "drumtrue.sql").write_text(text, encoding="utf-8")
     (folder / "logs.jsonl").write_text("".join(f"{json.dumps(log)}\n" for log in logs), encoding="utf-8")
     with Recorder(folder / "recording.jsonl") as recording:
-        recording.write(_readings())
+        recording.write(_recording())
     print(f"{folder}: {len(logs)} logs, {len(text)} characters of SQL")
 
 
-def _readings() -> Iterator[Reading]:
+def _recording() -> Iterator[Reading]:
     """A recording in which every field is stated, and left out."""
     for k in range(6):
         yield Reading(

@@ -35,7 +35,16 @@ class Session(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.key = self.shop.session(on_rotor=[FOUND])
+        self.key = self.shop.session(self.taught(), on_rotor=[FOUND])
+
+    def taught(self) -> str:
+        """A machine that has saved influence coefficients, from one session before."""
+        machine = self.shop.machine()
+        before = self.shop.session(machine)
+        self.shop.learn(before)
+        self.shop.correct(before)
+        self.shop.post(f"/machines/{machine}/influence", {"session_id": before})
+        return machine
 
     @property
     def seen(self) -> Any:
@@ -80,6 +89,10 @@ class Session(RuleBasedStateMachine):
     def fit_correction(self) -> None:
         self.ask("POST", f"/sessions/{self.key}/corrections", {"source": "fit"})
 
+    @rule()
+    def saved_influence(self) -> None:
+        self.ask("POST", f"/sessions/{self.key}/corrections", {"source": "saved_influence"})
+
     @rule(grams=st.sampled_from([120.0, 310.0]))
     def balancer_answer(self, grams: float) -> None:
         masses = [mass("1", grams, 200.0), mass("2", 0.5 * grams, 80.0)]
@@ -110,6 +123,11 @@ class Session(RuleBasedStateMachine):
     def unfit(self) -> None:
         self.ask("POST", f"/plans/{self.seen['fitted_plan_id']}/unfit")
 
+    @precondition(lambda self: self.seen["step"] == "decide")
+    @rule()
+    def close(self) -> None:
+        self.ask("PATCH", f"/sessions/{self.key}", {"state": "closed"})
+
     # ------------------------------------------------------------ by the pages
     @rule(plane=PLANES)
     def stop_for_a_trial(self, plane: str) -> None:
@@ -136,6 +154,10 @@ class Session(RuleBasedStateMachine):
     @rule()
     def release(self) -> None:
         self.form(f"stops/{self._number()}/release", **RELEASED)
+
+    @rule()
+    def cancel(self) -> None:
+        self.form(f"stops/{self._number()}/cancel")
 
     def _number(self) -> int:
         return max(1, len(self.shop.get(f"/sessions/{self.key}/log")["record"]["stops"]))
