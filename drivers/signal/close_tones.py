@@ -114,7 +114,7 @@ class _Thin:
 def _fitted(
     known: Floats, orders: int, values: Floats, seen: Floats, place: Floats, order: float, turns: int
 ) -> CloseTone | None:
-    """The tone beside known rows (m, n), the first so many of them the orders'; None where it comes too near 1x.
+    """The tone beside known rows (m, n), the first this many of them the orders'; None where it comes too near 1x.
 
     Its frequency is improved by Gauss and Newton's method: the last row is the change of the tone with it, in beats.
     """

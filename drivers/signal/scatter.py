@@ -46,7 +46,7 @@ def scatter_of(course: Course, rest: Floats, weights: Floats) -> float | None:
 
 
 def lines_of(turns: int) -> Floats:
-    """Orders (m,) at which the rest is looked at, in a block of so many turns."""
+    """Orders (m,) at which the rest is looked at, in a block of this many turns."""
     for farthest in (FARTHEST_ORDER, FURTHER_ORDER):
         away = np.arange(NEAREST_LINE, math.floor(farthest * turns) + 1)
         if 2 * len(away) >= ENOUGH:
@@ -55,7 +55,7 @@ def lines_of(turns: int) -> Floats:
 
 
 def widened(freedom: float) -> float:
-    """Factor by which a standard deviation from so many degrees of freedom is stated larger.
+    """Factor by which a standard deviation from this many degrees of freedom is stated larger.
 
     The square of a vector over 2 s^2 follows F(2, freedom), whose 95 % quantile is (freedom/2) (0.05^(-2/freedom) - 1).
     """
