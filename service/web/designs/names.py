@@ -1,4 +1,4 @@
-"""Names of fields, responses, limits and curves of design studies, in words for the reader."""
+"""Names of fields, responses, limits and curves of design studies, as text for the reader."""
 
 from __future__ import annotations
 
@@ -233,7 +233,7 @@ Gettext = Callable[[str], str]
 
 
 def name_of(table: dict[str, str], code: str, gettext: Gettext) -> str:
-    """The name of a code in words; of `swing.2` that of `swing`, then 2; the code itself where it has none."""
+    """The name of a code as text; of `swing.2` that of `swing`, then 2; the code itself where it has none."""
     if code in table:
         return gettext(table[code])
     head, _, rest = code.partition(".")

@@ -14,7 +14,7 @@ from service.web.pictures.reader import Reader
 
 @dataclass(frozen=True)
 class Row:
-    """A response before and after, in words; after is empty where there is one design alone."""
+    """A response before and after, as text; after is empty where there is one design alone."""
 
     name: str
     before: str
@@ -50,7 +50,7 @@ def value_of(value: float | None, unit: str, reader: Reader) -> str:
 
 
 def broken(limits: Iterable[DesignLimit], reader: Reader) -> tuple[str, ...]:
-    """Each limit that is broken, in words."""
+    """Each limit that is broken, as text."""
     return tuple(_broken(one, reader) for one in limits if one.violated)
 
 
