@@ -22,6 +22,10 @@ from service.balancing.selection.problem import Objective
 CELLS = 30_000
 """Swaps that are rated in one step."""
 MAX_STARTS = 64
+MAX_OFFERED = 500
+"""Pairs of swaps of one step that are looked at closely: all their parts are written down."""
+MAX_NUMBERS = 400_000
+"""Parts that are written down in one step to see which swaps keep the limits; of more swaps a random choice."""
 KICKS = 4
 """Random swaps between two descents of the best so far."""
 BIG = 1e30
@@ -133,6 +137,13 @@ class LocalSearch:
         rated = np.where(allowed, rated, BIG)
         if self._limited:
             n, x, y = np.nonzero(allowed)
+            most = max(MAX_NUMBERS // slots.size, 1)
+            if len(n) > most:
+                some = self._rng.choice(len(n), most, replace=False)
+                n, x, y = n[some], x[some], y[some]
+                looked_at = np.full_like(rated, BIG)
+                looked_at[n, x, y] = rated[n, x, y]
+                rated = looked_at
             swapped = rows[n]
             at = np.arange(len(n))
             swapped[at, x], swapped[at, y] = rows[n, y], rows[n, x]
@@ -151,14 +162,23 @@ class LocalSearch:
             own = slots.effects[a, self._index]
             delta = slots.effects[a[x], y] + slots.effects[a[y], x] - own[x] - own[y]
             at = self._axes.coordinates(delta)
-            start = self._axes.coordinates(self._residual(a[None, :]))
+            residual = self._residual(a[None, :])
+            start = self._axes.coordinates(residual)
             group = np.zeros(len(x), dtype=np.int64)
             for i, j in near_pairs(Table(group, at + start), Table(group, at), *self._axes.box(best.value)):
                 apart = (i < j) & (x[i] != x[j]) & (x[i] != y[j]) & (y[i] != x[j]) & (y[i] != y[j])
-                self._offer_swaps(best, (x[i[apart]], y[i[apart]]), (x[j[apart]], y[j[apart]]))
+                i, j = self._least(residual + delta[i[apart]] + delta[j[apart]], i[apart], j[apart])
+                self._offer_swaps(best, (x[i], y[i]), (x[j], y[j]))
                 yield
             if self.best is best:
                 return
+
+    def _least(self, r: ComplexArray, i: IntArray, j: IntArray) -> tuple[IntArray, IntArray]:
+        """Of pairs (n,) with the residual r (n, S) those of the least value, `MAX_OFFERED` at most."""
+        if len(i) <= MAX_OFFERED:
+            return i, j
+        least = np.argpartition(self._value(r), MAX_OFFERED)[:MAX_OFFERED]
+        return i[least], j[least]
 
     def _offer_swaps(self, best: Found, one: tuple[IntArray, IntArray], two: tuple[IntArray, IntArray]) -> None:
         rows = np.repeat(best.slotted[None, :], len(one[0]), axis=0)

@@ -17,6 +17,8 @@ from service.balancing.arrangement.exact.slots import Slots
 from service.balancing.rotor.phasors import ComplexArray, IntArray
 from service.balancing.selection.problem import BoolArray
 
+AT_ONCE = 60_000
+"""Paths that are listed in one step."""
 NONE = -1
 """Fills up rows of changes that touch fewer slots."""
 
@@ -72,25 +74,39 @@ class Arcs:
         # A part that goes from one spare slot to another changes nothing.
         self.can[self.real :, self.real :] = False
 
-    def cycles(self, length: int) -> Changes:
-        """Cycles of 2 or 3 slots, each once, at most one of them spare."""
-        if length == 2:
-            x, y = np.nonzero(np.triu(self.can & self.can.T, 1))
-            nodes = np.stack([x, y], axis=1)
-        else:
-            x, y, z = self.paths()
-            closes = self.can[z, x] & (x < y) & (x < z)
-            nodes = np.stack([x, y, z], axis=1)[closes]
-        return self.closed(nodes)
+    def swaps(self) -> Changes:
+        """Cycles of 2 slots, each once, at most one of them spare."""
+        x, y = np.nonzero(np.triu(self.can & self.can.T, 1))
+        return self.closed(np.stack([x, y], axis=1))
 
-    def paths(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Slots x, y, z of every two steps in a row, at most one of them spare."""
-        x, y = np.nonzero(self.can)
-        z = np.arange(self.size)
+    def triples(self) -> Iterator[Changes]:
+        """Cycles of 3 slots, each once, at most one of them spare, some at once."""
+        for begin, end in self.blocks():
+            x, y, z = self.paths(first=(begin, end))
+            closes = self.can[z, x] & (x < y) & (x < z)
+            yield self.closed(np.stack([x, y, z], axis=1)[closes])
+
+    def paths(
+        self, first: tuple[int, int] | None = None, last: tuple[int, int] | None = None
+    ) -> tuple[IntArray, IntArray, IntArray]:
+        """Slots x, y, z of every two steps in a row, at most one of them spare.
+
+        first, last: range of slots that x, or z, is of; None: all.
+        """
+        begin, end = first or (0, self.size)
+        low, high = last or (0, self.size)
+        x, y = np.nonzero(self.can[begin:end])
+        x = x + begin
+        z = np.arange(low, high)
         ok = self.can[y][:, z] & (z[None, :] != x[:, None])
         ok &= ~((x >= self.real)[:, None] & (z >= self.real)[None, :])
         row, z = np.nonzero(ok)
-        return x[row], y[row], z
+        return x[row], y[row], z + low
+
+    def blocks(self) -> Iterator[tuple[int, int]]:
+        """Ranges of slots whose paths from there are `AT_ONCE` at most, or those of one slot."""
+        step = max(1, AT_ONCE // max(self.size**2, 1))
+        yield from ((begin, min(begin + step, self.size)) for begin in range(0, self.size, step))
 
     def closed(self, nodes: IntArray) -> Changes:
         """Cycles (n, w) in which the part of each slot goes into the next one's, the last one's into the first."""

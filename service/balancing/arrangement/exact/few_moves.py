@@ -95,20 +95,20 @@ class _Few:
             yield from self._joined(self._list(self._three()), one)
 
     def _one(self) -> Iterator[Changes]:
-        cycles = self.arcs.cycles(2)
+        cycles = self.arcs.swaps()
         yield cycles.take(self._spare(cycles))
 
     def _two(self) -> Iterator[Changes]:
-        cycles = self.arcs.cycles(2)
+        cycles = self.arcs.swaps()
         yield cycles.take(np.logical_not(self._spare(cycles)))
         if self.slots.size > self.slots.open_places:
-            triples = self.arcs.cycles(3)
-            yield triples.take(self._spare(triples))
+            for triples in self.arcs.triples():
+                yield triples.take(self._spare(triples))
             yield from self._products(self._list(self._one()), None)
 
     def _three(self) -> Iterator[Changes]:
-        triples = self.arcs.cycles(3)
-        yield triples.take(np.logical_not(self._spare(triples)))
+        for triples in self.arcs.triples():
+            yield triples.take(np.logical_not(self._spare(triples)))
         if self.slots.size > self.slots.open_places:
             yield from self._spare_fours()
             one = self._list(self._one())
@@ -168,22 +168,35 @@ class _Few:
     def _cycles_of_four(self) -> Iterator[IntArray]:
         """Cycles of four places, and of a spare slot and four places."""
         real = self.slots.open_places
-        x, y, z = self.arcs.paths()
-        inside = (x < real) & (y < real) & (z < real)
-        x, y, z = x[inside], y[inside], z[inside]
-        first, second = x < z, x > z
-        delta = self.axes.coordinates(self.arcs.path_delta(x, y, z))
-        left = Table((x * real + z)[first], delta[first] + self.start)
-        right = Table((z * real + x)[second], delta[second])
-        a, b = np.flatnonzero(first), np.flatnonzero(second)
+        for begin, end in self.arcs.blocks():
+            yield from self._fours_from(begin, min(end, real))
+        if real < self.slots.size:
+            x, y, z = self.arcs.paths()
+            inside = (x < real) & (y < real) & (z < real)
+            for spare in range(real, self.slots.size):
+                yield from self._spare_fives(spare, x[inside], y[inside], z[inside])
+
+    def _fours_from(self, begin: int, end: int) -> Iterator[IntArray]:
+        """Cycles of four places whose one half, x, y, z with x < z, begins in a range of places."""
+        real = self.slots.open_places
+        x, y, z = self._inside(self.arcs.paths(first=(begin, end)), upwards=True)
+        v, w, u = self._inside(self.arcs.paths(last=(begin, end)), upwards=False)
+        left = Table(x * real + z, self.axes.coordinates(self.arcs.path_delta(x, y, z)) + self.start)
+        right = Table(u * real + v, self.axes.coordinates(self.arcs.path_delta(v, w, u)))
         for i, j in near_pairs(left, right, *self._box()):
-            p, q = a[i], b[j]
             # x goes first in its cycle once: where it is the least of x and y too, of the two ways to cut a cycle.
-            keep = (y[p] != y[q]) & (x[p] < y[p]) & (x[p] < y[q])
-            p, q = p[keep], q[keep]
-            yield self.arcs.closed(np.stack([x[p], y[p], z[p], y[q]], axis=1)).applied(self.slots.base)
-        for spare in range(real, self.slots.size):
-            yield from self._spare_fives(spare, x, y, z)
+            keep = (y[i] != w[j]) & (x[i] < y[i]) & (x[i] < w[j])
+            p, q = i[keep], j[keep]
+            yield self.arcs.closed(np.stack([x[p], y[p], z[p], w[q]], axis=1)).applied(self.slots.base)
+
+    def _inside(
+        self, path: tuple[IntArray, IntArray, IntArray], *, upwards: bool
+    ) -> tuple[IntArray, IntArray, IntArray]:
+        """Paths through places alone that end beyond where they begin, or before it."""
+        real = self.slots.open_places
+        x, y, z = path
+        keep = (x < real) & (y < real) & (z < real) & ((x < z) == upwards)
+        return x[keep], y[keep], z[keep]
 
     def _spare_fives(self, spare: int, x: IntArray, y: IntArray, z: IntArray) -> Iterator[IntArray]:
         """Cycles spare, x, y, z, w: a path spare -> x -> y and one y -> z -> w that ends there."""
