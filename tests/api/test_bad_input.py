@@ -234,7 +234,7 @@ RULES: dict[str, tuple[str, str, object, int, str, str | None]] = {
     ),
     "unknown answer": (
         "POST", "/sessions/$session/corrections", {"source": "balancer", "answer_id": "none"}, 404, "not_found",
-        "balancer answer_id",
+        "balancer_answer_id",
     ),
     # plans
     "blocked hole that is none": (

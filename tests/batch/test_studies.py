@@ -116,7 +116,7 @@ def test_a_draw_without_an_answer_is_counted_with_its_reason(log: SessionLog) ->
 
 
 def test_a_session_without_an_answer_is_refused(log: SessionLog) -> None:
-    with pytest.raises(InvalidInput, match="the session itself has no answer"):
+    with pytest.raises(InvalidInput, match="the session as it is cannot be solved"):
         study(replace(log, runs=log.runs[:1], corrections=(), plans=()), 3, 1, scatter=0.01, workers=1)
 
 

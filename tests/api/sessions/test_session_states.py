@@ -120,7 +120,7 @@ class TestOrder:
 
         session = shop.session()
         shop.run(session, "initial")
-        assert said() == "take a trial run in plane 1 and a trial run in plane 2, then ask for corrections"
+        assert said() == 'take a trial run in plane "1" and a trial run in plane "2", then ask for corrections'
         for plane in ("1", "2"):
             last = shop.run(session, "trial", [mass(plane, 200.0, 0.0)])
         assert said() == "ask for corrections"
@@ -130,7 +130,7 @@ class TestOrder:
         assert plan["state"] == "proposed"
         assert said().startswith("ask for corrections again")
         shop.ask("PATCH", f"/sessions/{session}/runs/{last['id']}", {"excluded": True, "reason": "loose"})
-        assert said() == "take a trial run in plane 2, then ask for corrections"
+        assert said() == 'take a trial run in plane "2", then ask for corrections'
 
 
 class TestStale:
