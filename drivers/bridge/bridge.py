@@ -27,6 +27,7 @@ IDLE_S = 0.2
 """How long an empty spool goes on unasked."""
 PUT_AT_ONCE = 5_000
 FULL_PAUSE_S = 0.2
+SPOOL_GONE = "SPOOL GONE: {path} was deleted or replaced, what waits is lost when this ends; start the bridge again"
 PAUSES_A_WORD = 50
 """How often a full spool is told again: every 10 s."""
 
@@ -137,7 +138,8 @@ class Bridge:
         ):
             words += [f"{name} {count}"] if count else []
         trouble = f"NOT READ: {self.trouble}" if self.trouble else ""
-        return ", ".join(one for one in (*words, trouble, self._delivery.state(), self._describe()) if one)
+        spool = "" if self._spool.is_in_place() else SPOOL_GONE.format(path=self._spool.path)
+        return ", ".join(one for one in (*words, spool, trouble, self._delivery.state(), self._describe()) if one)
 
     # ------------------------------------------------------------ source to spool
     def _guarded(self, work: Callable[[], None]) -> None:

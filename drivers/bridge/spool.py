@@ -79,6 +79,7 @@ class Spool(Openable):
         self._max_bytes, self._most_held = max_bytes, most_held
         self._lock = threading.RLock()
         self._db: sqlite3.Connection | None = None
+        self._file: tuple[int, int] | None = None
         self._waiting = self._last_id = 0
         self._held: deque[Spooled] | None = None
         """All that waits, in order; None where more waits than is held."""
@@ -110,12 +111,22 @@ class Spool(Openable):
             (self._waiting,) = self._db.execute("SELECT count(*) FROM kept").fetchone()
             self._held = None if self._waiting else deque()
             self._last_id = self._newest_id()
+            opened = self.path.stat()
+            self._file = (opened.st_dev, opened.st_ino)
         except (sqlite3.Error, OSError) as error:
             self.close()
             if isinstance(error, SpoolUnusable):
                 raise
             advice = "make room" if _is_full(error) else "is another bridge using it, may this user write there?"
             raise SpoolUnusable(f"spool {self.path} cannot be used ({error}): {advice}") from error
+
+    def is_in_place(self) -> bool:
+        """Whether the open file is still the one at its path: what is kept in a deleted one goes with the process."""
+        try:
+            found = self.path.stat()
+        except OSError:
+            return False
+        return self._file in (None, (found.st_dev, found.st_ino))
 
     def close(self) -> None:
         """Let go of the file; harmless when closed."""

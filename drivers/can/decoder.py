@@ -23,6 +23,11 @@ MAX_ROUTES = 10_000
 KEPT_FOREIGN = 20
 """Foreign identifiers that are remembered, to tell the user what is on the bus."""
 
+ANSWER_S = 2.0
+"""Frames of one answer come within this time."""
+AGAIN_S = 60.0
+"""An answer that is equal to the one before is that one, said again, within this time; later it is of another job."""
+
 Value = tuple[float | None, float, str]
 """A value, when it came, and why it is none."""
 
@@ -73,7 +78,8 @@ class FrameDecoder:
         self._transfers = Transfers(groups) if groups else None
         self._values: dict[tuple[str, str], Value] = {}
         self._lost: dict[str, int] = {}
-        self._answer: float | None = None
+        self._answer_at = 0.0
+        self._answer: tuple[float, tuple[tuple[str, float, float], ...]] | None = None
 
     def feed(
         self,
@@ -245,7 +251,7 @@ class FrameDecoder:
                 self._refuse("unpaired")
             self._values[mapped.slot] = value
         if plan.planes:
-            return self._corrections()
+            return self._corrections(at)
         out: list[Vector | Masses] = []
         for sensor in plan.sensors:
             if lost and plan.message.name == sensor.amplitude.message:
@@ -287,20 +293,33 @@ class FrameDecoder:
             return None
         return value[0]
 
-    def _corrections(self) -> list[Vector | Masses]:
-        """The balancer's answer, once all planes have it and it is a new one."""
+    def _corrections(self, at: float) -> list[Vector | Masses]:
+        """The balancer's answer, once all planes have it and it is a new one.
+
+        Only what came together is put together, and each value once: numbers of answers begin anew with each job, so
+        that those of two jobs may be equal.
+        """
+        slots = [[(plane.plane, key) for key in ("mass", "angle", "number")] for plane in self.mapping.corrections]
+        for slot in (slot for plane in slots for slot in plane):
+            if slot in self._values and at - self._values[slot][1] > ANSWER_S:
+                del self._values[slot]
+        found = [[self._values.get(slot, (None, 0.0, ""))[0] for slot in plane] for plane in slots]
         masses, numbers = [], set()
-        for plane in self.mapping.corrections:
-            found = [self._values.get((plane.plane, key), (None, 0.0, ""))[0] for key in ("mass", "angle", "number")]
-            mass, angle, number = found
+        for plane, (mass, angle, number) in zip(self.mapping.corrections, found, strict=True):
             if mass is None or angle is None or number is None:
                 return []
             numbers.add(number)
             masses.append((plane.plane, mass, _turned(angle)))
-        if len(numbers) != 1 or (answer := numbers.pop()) == self._answer:
+        if len(numbers) != 1:
             return []
-        self._answer = answer
-        return [Masses(tuple(masses))]
+        for slot in (slot for plane in slots for slot in plane):
+            del self._values[slot]
+        answer = (numbers.pop(), tuple(masses))
+        again = answer == self._answer and at - self._answer_at <= AGAIN_S
+        self._answer, self._answer_at = answer, at
+        if again:
+            return []
+        return [Masses(answer[1])]
 
 
 def _turned(degrees: float) -> float:

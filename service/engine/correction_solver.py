@@ -27,7 +27,7 @@ from service.engine.influence_fits import (
     placement_errors,
 )
 from service.engine.mapping import Channel
-from service.engine.validation import check_masses, plane_index, require_unique
+from service.engine.validation import check_answer, check_masses, plane_index, require_unique
 from service.errors import InvalidInput, NumericsError
 from service.messages import Message, Quantity, render
 from service.model.correction import Correction, CorrectionRequest, FitQuality, PlaneMass, SensorVector
@@ -357,10 +357,7 @@ def _balancer(
 ) -> Correction:
     if request.masses is None:
         raise InvalidInput(Message("invalid_input.answer_without_masses"), field="masses", value=None)
-    check_masses(machine, request.masses)
-    named = [mass.plane for mass in request.masses]
-    if len(set(named)) != len(named):
-        raise InvalidInput(Message("invalid_input.answer_plane_twice"), field="masses", value=named)
+    check_answer(machine, request.masses)
     vectors = mapping.mass_vectors(machine, request.masses)
     return Correction(
         id=key,

@@ -111,6 +111,16 @@ def check_masses(machine: Machine, masses: Iterable[MassOnRotor], field: str = "
             raise InvalidInput(Message("invalid_input.zero_mass"), field=f"{field}[{index}].mass_g", value=0.0)
 
 
+def check_answer(machine: Machine, masses: Sequence[MassOnRotor]) -> None:
+    """A balancer's answer states each plane once; 0 g says that nothing is needed there. Raises InvalidInput."""
+    check_masses(machine, (mass for mass in masses if mass.mass_g != 0.0))
+    for index, mass in enumerate(masses):
+        plane_index(machine, mass.plane, f"masses[{index}].plane")
+    named = [mass.plane for mass in masses]
+    if len(set(named)) != len(named):
+        raise InvalidInput(Message("invalid_input.answer_plane_twice"), field="masses", value=named)
+
+
 def check_as_found(machine: Machine, pieces: Iterable[AsFoundPiece]) -> None:
     """Every piece on the as-found rotor sits in a position of the machine. Raises InvalidInput."""
     for index, piece in enumerate(pieces):

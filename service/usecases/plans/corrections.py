@@ -17,6 +17,7 @@ from service.model.run import Run
 from service.runtime.context import AppContext, require
 from service.usecases.machines.influence import saved_for
 from service.usecases.optimistic_lock import require_seen
+from service.usecases.plans.answer_doubts import doubts_of
 from service.usecases.session_view import stored_drum
 
 
@@ -45,6 +46,9 @@ def add(work: AppContext, session_id: str, request: CorrectionRequest) -> Correc
             on_rotor=on_rotor(stored_drum(store, session)),
         )
         _require_valid_coefficients(correction)
+        if request.source == "balancer":
+            doubts = doubts_of(store, session, request)
+            correction = replace(correction, diagnostics=(*correction.diagnostics, *doubts))
         store.add(CorrectionRow(id=correction.id, session_id=session.id, number=number, correction=correction))
         session.state = state
         return correction

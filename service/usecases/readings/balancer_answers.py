@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import datetime
 
 from db.rows import BalancerAnswerRow, SessionRow
-from service.engine.validation import check_masses
+from service.engine.validation import check_answer
 from service.model.base import document
 from service.model.run import BalancerAnswer, MassOnRotor
 from service.runtime.context import AppContext, require
@@ -26,7 +27,7 @@ class ListedAnswer:
     taken_at: datetime
     """When, UTC."""
     session_id: str | None
-    """Session it is meant for; null where none was open on the machine."""
+    """Session it is meant for; null where none was open on the machine, or several."""
     masses: tuple[MassOnRotor, ...]
     """Continuous masses, the total to have on the as-found rotor: g and degrees in the machine's `angle_sense`."""
 
@@ -48,8 +49,8 @@ def ingest(work: AppContext, answer: BalancerAnswer, arrival: Arrival | None = N
     with work.write() as store:
         targets = Targets(store)
         machine_id = targets.machine_of(answer.source, answer.session_id, "session_id")
-        check_masses(targets.machine(machine_id), answer.masses)
-        session_id = answer.session_id or next((s.id for s in store.open_sessions(machine_id)), None)
+        check_answer(targets.machine(machine_id), answer.masses)
+        session_id = answer.session_id or _only(store.open_sessions(machine_id))
         key = (answer.source, answer.sequence)
         stored = store.known(BalancerAnswerRow, [key]).get(key)
         if isinstance(stored, BalancerAnswerRow):
@@ -69,6 +70,11 @@ def ingest(work: AppContext, answer: BalancerAnswer, arrival: Arrival | None = N
         )
         store.add(row)
         return StoredAnswer(id=row.id, session_id=session_id, accepted=True)
+
+
+def _only(sessions: Sequence[SessionRow]) -> str | None:
+    """The one session that is open; None where there are several: either may be meant, and is asked about."""
+    return sessions[0].id if len(sessions) == 1 else None
 
 
 def of_session(work: AppContext, session_id: str, limit: int, offset: int) -> tuple[ListedAnswer, ...]:

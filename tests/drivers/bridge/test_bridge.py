@@ -273,3 +273,17 @@ def test_what_comes_behind_a_mark_waits_for_its_own_so_that_both_are_kept_togeth
     intake.end()
     assert intake.take(100, 0.0) == [some[5]]
     assert intake.taken == 6
+
+
+@pytest.mark.parametrize("replaced", [False, True], ids=["deleted", "replaced"])
+def test_a_spool_whose_file_is_gone_is_told(tmp_path: Path, replaced: bool) -> None:
+    path = tmp_path / "spool.db"
+    with Spool(path) as spool:
+        carried = bridge(Listed([]), spool, Service(), [])
+        assert "SPOOL GONE" not in carried.status()
+        path.rename(tmp_path / "elsewhere")
+        if replaced:
+            path.touch()
+        assert f"SPOOL GONE: {path}" in carried.status()
+        (tmp_path / "elsewhere").replace(path)
+        assert "SPOOL GONE" not in carried.status()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import struct
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -179,6 +180,46 @@ def test_the_balancer_s_own_answer_comes_once_and_whole() -> None:
     torn, rest = encoder.answer(second, 2)
     assert feed(decoder, [torn]) == []
     assert len(feed(decoder, [rest])) == 1
+
+
+def masses_of(decoder: FrameDecoder, frames: Sequence[can.Message], at: float) -> list[dict[str, float]]:
+    """Masses by plane of the answers that come out of frames at a time."""
+    found = [one for frame in frames for one in decoder.feed(frame.arbitration_id, False, frame.data, at)]
+    return [{plane: round(mass, 6) for plane, mass, _ in one.masses} for one in found if isinstance(one, Masses)]
+
+
+def test_answers_of_two_jobs_are_never_put_together() -> None:
+    """Half of an answer is lost, and the next job counts from the same number."""
+    mapping = standard_mapping(("P",), ("L", "R"))
+    encoder, decoder = FrameEncoder(mapping), FrameDecoder(mapping)
+    left_a, right_a = encoder.answer(Answer("can", 1, START, (("L", 120.0, 0.0), ("R", 80.0, 0.0))), 1)
+    left_b, right_b = encoder.answer(Answer("can", 1, START, (("L", 55.0, 0.0), ("R", 66.0, 0.0))), 1)
+    for first, second in (((right_a,), (left_b, right_b)), ((left_a,), (right_b, left_b))):
+        assert masses_of(decoder, first, 0.0) == []
+        assert masses_of(decoder, second, 3.0) == [{"L": 55.0, "R": 66.0}]
+        decoder = FrameDecoder(mapping)
+    # Nor where the second job begins at once: the first answer is used up.
+    assert masses_of(decoder, (left_a, right_a), 10.0) == [{"L": 120.0, "R": 80.0}]
+    assert masses_of(decoder, (left_b,), 10.1) == []
+    assert masses_of(decoder, (right_b,), 10.2) == [{"L": 55.0, "R": 66.0}]
+
+
+def test_the_first_answer_of_a_restarted_balancer_counts() -> None:
+    mapping = standard_mapping(("P",), ("L", "R"))
+    encoder, decoder = FrameEncoder(mapping), FrameDecoder(mapping)
+    before = encoder.answer(Answer("can", 1, START, (("L", 120.0, 0.0), ("R", 80.0, 0.0))), 1)
+    after = encoder.answer(Answer("can", 1, START, (("L", 55.0, 0.0), ("R", 66.0, 0.0))), 1)
+    assert len(masses_of(decoder, before, 0.0)) == 1
+    assert masses_of(decoder, after, 30.0) == [{"L": 55.0, "R": 66.0}]
+    for second in range(31, 90):  # it goes on saying so
+        assert masses_of(decoder, after, float(second)) == []
+    assert masses_of(decoder, after, 1000.0) == [{"L": 55.0, "R": 66.0}]
+
+
+def test_nothing_to_add_in_a_plane_is_an_answer() -> None:
+    mapping = standard_mapping(("P",), ("L", "R"))
+    frames = FrameEncoder(mapping).answer(Answer("can", 1, START, (("L", 0.0, 0.0), ("R", 66.0, 0.0))), 1)
+    assert masses_of(FrameDecoder(mapping), frames, 0.0) == [{"L": 0.0, "R": 66.0}]
 
 
 def test_status_and_heartbeat_are_told() -> None:
