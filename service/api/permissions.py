@@ -124,6 +124,7 @@ _OPERATIONS: tuple[tuple[frozenset[Scope] | None, tuple[str, ...]], ...] = (
             "show_session",
             "show_step",
             "show_front",
+            "draw_trial",
             "follow_page",
             "machines_page",
             "machine_page",

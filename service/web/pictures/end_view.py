@@ -86,7 +86,7 @@ def end_view(
         Circle(compass.centre, RIM, "pic-drum"),
         *_hub(compass, reader),
         Words(compass.at(_QUARTER, 90.0, machine.angle_sense), "90°", "pic-small", size=14.0),
-        *(_drawn_hole(machine, compass, hole, size, len(holes)) for hole in holes),
+        *(_drawn_hole(machine, compass, hole, size, (plane, len(holes))) for hole in holes),
         *words,
     ]
     legend = _legend(holes, reader, done)
@@ -160,7 +160,9 @@ def _zero(reader: Reader) -> str:
     return reader.gettext("mark, 0°")
 
 
-def _drawn_hole(machine: Machine, compass: Compass, hole: Hole, size: float, count: int) -> Group:
+def _drawn_hole(machine: Machine, compass: Compass, hole: Hole, size: float, among: tuple[Plane, int]) -> Group:
+    """A hole with what is there; a script finds it by its plane and angle, where it is touched."""
+    plane, count = among
     where = compass.at(HOLES, hole.degrees, machine.angle_sense)
     sign_size = max(size, 10.0)
     items: list[Item] = []
@@ -172,7 +174,8 @@ def _drawn_hole(machine: Machine, compass: Compass, hole: Hole, size: float, cou
         x, y = compass.at(HOLES - max(size, 10.0) - 13.0, hole.degrees, machine.angle_sense)
         cls = "pic-strong" if hole.pieces else "pic-hole-words"
         items.append(Words((x, y + 5.0), hole.label[:5], cls, size=14.0 if count <= 24 else 11.0))
-    return Group(tuple(items), "pic-place", title=hole.label)
+    data = (("plane", plane.name), ("at", f"{hole.degrees:.10g}")) if hole.label is not None else ()
+    return Group(tuple(items), "pic-place", data=data, title=hole.label)
 
 
 def _numbered(hole: Hole, count: int) -> bool:

@@ -52,7 +52,7 @@ def _item(item: Item) -> str:
 
 def _group(item: Group) -> str:
     attributes = f' class="{item.cls}"' if item.cls else ""
-    if item.turn_deg or item.data:
+    if item.turn_deg or item.about != (0.0, 0.0):
         x, y = item.about
         attributes += f' transform="rotate({_n(item.turn_deg)} {_n(x)} {_n(y)})"'
     attributes += "".join(f' data-{name}="{escape(value)}"' for name, value in item.data)

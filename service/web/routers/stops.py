@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from fastapi import APIRouter
-from fastapi.responses import Response
+from fastapi.responses import HTMLResponse, Response
 
 from service.engine import mapping
 from service.engine.trial_check import Doubt, force_of
-from service.errors import DrumtrueError
+from service.errors import DrumtrueError, NotFound
+from service.messages import Message
 from service.model.plan import ActualPlacement
 from service.model.run import MassOnRotor
 from service.model.stop import Stop, StopPurpose, StopRequest
@@ -21,7 +22,7 @@ from service.web.language import N_
 from service.web.rendering import Page, PageDep
 from service.web.routers.session_steps import GuideDep, Key
 from service.web.session import steps
-from service.web.session.guide import Guide
+from service.web.session.guide import Guide, look
 
 router = APIRouter(prefix="/sessions/{session_id}/stops")
 
@@ -75,6 +76,21 @@ def trial_mass_on(page: PageDep, guide: GuideDep, typed: TypedDep, number: int) 
         return steps.show(page, guide, form=form, status=422)
     masses = (*kept, MassOnRotor(plane=plane, mass_g=grams, angle_deg=angle))
     return _then(page, guide, typed, form, lambda work: stops.change(work, guide.session.id, number, masses))
+
+
+@router.get("/{number}/picture")
+def draw_trial(page: PageDep, session_id: Key, number: int) -> HTMLResponse:
+    """The plane with the trial mass as it is typed at this moment; without it where that is no mass yet."""
+    guide = look(page.work, session_id)
+    stop = guide.stop
+    if stop is None or stop.number != number or stop.plane is None:
+        raise NotFound(Message("not_found.stop", session=session_id, number=number), field="number", value=number)
+    form = Form(dict(page.request.query_params), page.preferences)
+    grams = form.number("masses.mass_g", above=0.0, high=MAX_G, unit=page.display.mass_unit())
+    angle = form.angle("masses.angle_deg")
+    shown = grams if form.ok else None
+    drawn = steps.trial_picture(page, guide, stop.plane, shown, angle, keep=form.ticked("keep"))
+    return page.render("steps/_ends.html", pictures=drawn)
 
 
 @router.post("/{number}/correct")

@@ -201,11 +201,19 @@ def effect(guide: Guide) -> Effect | None:
 def _trial_picture(page: Page, guide: Guide, advice: TrialAdvice) -> list[Markup]:
     """The plane with the trial mass as advised; earlier trial masses come off."""
     grams = advice.piece_g or (advice.suggestion.mass_g if advice.suggestion is not None else None)
+    return trial_picture(page, guide, advice.plane, grams, advice.hole_deg)
+
+
+def trial_picture(
+    page: Page, guide: Guide, plane: str, grams: float | None, at_deg: float | None, *, keep: bool = False
+) -> list[Markup]:
+    """A plane with this trial mass in this hole; keep: earlier trial masses stay on."""
     stays, off = ((), ()) if guide.fitted is None else (guide.fitted.fitted or (), guide.fitted.taken_off)
-    plane = guide.plane(advice.plane)
-    added = () if grams is None else (trial_piece(plane, grams, advice.hole_deg),)
-    todo = moves(guide.session.machine, changes_to(guide.drum, (*stays, *added), off))
-    return pictures.ends(guide.session, todo, page.preferences, planes=(advice.plane,), other_end=_other_end(page))
+    before = [mass for mass in guide.on_rotor if keep and guide.fitted is None and mass.mass_g > 0.0]
+    earlier = tuple(trial_piece(guide.plane(mass.plane), mass.mass_g, mass.angle_deg) for mass in before)
+    added = () if grams is None or at_deg is None else (trial_piece(guide.plane(plane), grams, at_deg),)
+    todo = moves(guide.session.machine, changes_to(guide.drum, (*stays, *earlier, *added), off))
+    return pictures.ends(guide.session, todo, page.preferences, planes=(plane,), other_end=_other_end(page))
 
 
 def _other_end(page: Page) -> bool:

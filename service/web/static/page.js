@@ -1,4 +1,5 @@
 // On every page: forms that outlive a lost link, what was typed, the state of the link, times as the tablet's own.
+import { tapDrum } from "./drum.js";
 import { keepDrafts } from "./drafts.js";
 import { watchLink } from "./link.js";
 import { takeForms } from "./outbox.js";
@@ -12,6 +13,7 @@ function prepare() {
     if (!Number.isNaN(moment.valueOf())) time.textContent = moment.toLocaleString(document.documentElement.lang, form);
   }
   followForce();
+  tapDrum();
   stayAwake();
 }
 
