@@ -81,7 +81,7 @@ def prepare(log: SessionLog, fitted: FittedModel, posed: PlanProblem | None, sca
     runs = _used(log)
     cells, sigma = _cells(log, runs, fitted, scatter)
     used = np.isfinite(fitted.fit.initial)
-    weighted = request.method == "weighted"
+    weights = mapping.weights(machine, fitted.rows, request.method)
     return Prepared(
         log=log,
         fitted=fitted,
@@ -89,7 +89,7 @@ def prepare(log: SessionLog, fitted: FittedModel, posed: PlanProblem | None, sca
         sigma=sigma,
         speeds=mapping.speeds(runs, fitted.rows),
         used=used,
-        weights=1.0 / mapping.limits(machine, fitted.rows)[used] if weighted else np.ones(int(used.sum())),
+        weights=np.ones(int(used.sum())) if weights is None else weights[used],
         posed=posed,
         shared=shared,
         names=tuple(

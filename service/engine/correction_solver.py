@@ -13,7 +13,7 @@ from service.balancing.influence.corrections import CorrectionOptions, least_squ
 from service.balancing.influence.diagnosis.findings import RunConditions
 from service.balancing.influence.diagnosis.planes import significance
 from service.balancing.influence.diagnosis.readings import examine as examine_readings
-from service.balancing.influence.fit import Prediction, predict
+from service.balancing.influence.fit import Prediction, condition, predict
 from service.balancing.influence.static_couple import decoupled, static_couple_modes
 from service.balancing.influence.uncertainty import blur, predict_fitted, resampled_covariance, simulated_moment
 from service.balancing.rotor.phasors import ComplexArray, polar
@@ -148,9 +148,8 @@ def wishes(
     later = request.mounted_later
     if later is not None:
         check_masses(machine, later, "mounted_later")
-    weighted = request.method in ("weighted", "minimax")
     return CorrectionOptions(
-        weights=1.0 / mapping.limits(machine, rows) if weighted else None,
+        weights=mapping.weights(machine, rows, request.method),
         max_mass=None if request.max_mass_g is None else np.full(len(machine.planes), request.max_mass_g),
         planes=planes,
         held=_present(machine, runs, on_rotor) if planes else None,
@@ -289,8 +288,10 @@ def _static_couple(machine: Machine, fitted: FittedModel) -> Answer:
     modes = static_couple_modes(np.array([plane.radius_mm for plane in machine.planes]), places)
     masses = decoupled(fitted.fit.influence[used], fitted.fit.initial[used], modes)
     predicted = predict(fitted.fit, masses)
-    size = float(np.sqrt((np.abs(predicted.vibration[used]) ** 2).sum()))
-    return Answer(masses, predicted, np.full((4, 4), np.nan), size, least_squares(fitted.fit).objective)
+    weights = mapping.weights(machine, fitted.rows, None)
+    seen = np.abs(predicted.vibration[used]) * (1.0 if weights is None else weights[used])
+    best = least_squares(fitted.fit, weights).objective
+    return Answer(masses, predicted, np.full((4, 4), np.nan), float(np.sqrt((seen**2).sum())), best)
 
 
 def _diagnostics(
@@ -301,7 +302,7 @@ def _diagnostics(
     asked: CorrectionOptions,
     answer: Answer,
 ) -> tuple[Diagnostic, ...]:
-    speeds = _speeds(machine, fitted.rows)
+    speeds = (*_speeds(machine, fitted.rows), *_weighting(fitted.rows, request))
     if len(fitted.runs.masses) > 1 and request.source != "amplitude_only":
         found = diagnose(fitted.runs, fitted.fit, answer, asked, circumstances(runs, fitted.rows))
         return (*speeds, *mapping.diagnostics(machine, runs, fitted.rows, found))
@@ -335,6 +336,13 @@ def _speeds(machine: Machine, rows: Sequence[Channel]) -> tuple[Diagnostic, ...]
             "warning",
         ),
     )
+
+
+def _weighting(rows: Sequence[Channel], request: CorrectionRequest) -> tuple[Diagnostic, ...]:
+    """Say how sensors of different kinds are weighed against each other, where no limits are asked to decide it."""
+    if request.method in ("weighted", "minimax") or not mapping.of_different_kind(rows):
+        return ()
+    return (diagnostic(Message("sensors_of_different_kind"), "info"),)
 
 
 def _alternatives(
@@ -393,9 +401,11 @@ def check_fields(request: CorrectionRequest) -> None:
 
 def _quality(fitted: FittedModel, answer: Answer) -> FitQuality:
     used = np.isfinite(fitted.fit.initial)
+    # Numbers of different units are compared as what they mean, or the condition would follow the unit typed.
+    seen = fitted.fit.influence[used] / mapping.scales(fitted.rows)[used, None]
     return FitQuality(
-        condition=mapping.known(fitted.fit.condition),
-        significance=tuple(float(share) for share in significance(fitted.fit.influence[used])),
+        condition=mapping.known(condition(seen)),
+        significance=tuple(float(share) for share in significance(seen)),
         degrees_of_freedom=tuple(int(dof) for dof in fitted.fit.dof[used]),
         objective_value=answer.objective,
         lower_bound=answer.lower_bound,

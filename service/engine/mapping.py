@@ -182,8 +182,30 @@ def limit_of(machine: Machine, row: Channel) -> float | None:
 
 
 def limits(machine: Machine, rows: Sequence[Channel]) -> FloatArray:
-    """Limits (S,); 1 in the sensor's unit where none is stated."""
-    return np.array([limit_of(machine, row) or 1.0 for row in rows])
+    """Limits (S,); where none is stated 1 in the sensor's unit, or 1 mm/s rms where sensors differ in it."""
+    one = scales(rows)
+    return np.array([limit_of(machine, row) or float(least) for row, least in zip(rows, one, strict=True)])
+
+
+def of_different_kind(rows: Sequence[Channel]) -> bool:
+    """Whether sensors differ in quantity, unit or detection, so that their numbers cannot be compared."""
+    return len({(row.sensor.quantity, row.sensor.unit, row.sensor.detection) for row in rows}) > 1
+
+
+def scales(rows: Sequence[Channel]) -> FloatArray:
+    """What 1 mm/s rms of velocity is (S,) in each row's unit at its speed; 1 where all sensors are of one kind."""
+    if not of_different_kind(rows):
+        return np.ones(len(rows))
+    targets = [Scale(row.sensor.quantity, row.sensor.unit, row.sensor.detection) for row in rows]
+    each = zip(targets, rows, strict=True)
+    return np.array([convert_amplitude(1.0, Scale(), target, row.speed_rpm) for target, row in each])
+
+
+def weights(machine: Machine, rows: Sequence[Channel], method: str | None) -> FloatArray | None:
+    """Weights (S,) of the sensors in a correction; None where all count alike as they are."""
+    if method in ("weighted", "minimax"):
+        return 1.0 / limits(machine, rows)
+    return 1.0 / scales(rows) if of_different_kind(rows) else None
 
 
 def sensor_vectors(

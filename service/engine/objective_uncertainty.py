@@ -8,6 +8,7 @@ from service.balancing.influence.corrections import least_squares
 from service.balancing.influence.fit import predict
 from service.balancing.rotor.phasors import ComplexArray, FloatArray
 from service.balancing.selection.problem import Objective
+from service.engine import mapping
 from service.engine.influence_fits import FittedModel
 from service.model.plan import ObjectiveName
 
@@ -22,7 +23,8 @@ def objective_scatter(
         used = np.isfinite(fitted.fit.initial)
         variance = 2.0 * predict(fitted.fit, target).scatter[used] ** 2
     else:
-        variance = _through(objective.matrix, least_squares(fitted.fit).covariance)
+        weights = 1.0 / mapping.scales(fitted.rows) if fitted.rows else None
+        variance = _through(objective.matrix, least_squares(fitted.fit, weights).covariance)
     if not np.isfinite(variance).all():
         return 0.0
     spread = objective.weights * np.sqrt(variance)

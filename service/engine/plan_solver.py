@@ -18,6 +18,7 @@ from service.balancing.selection.problem import SelectionResult
 from service.engine import mapping
 from service.engine.correction_solver import predicted_with
 from service.engine.kept_masses import broken_limits
+from service.engine.nothing_to_do import no_pieces
 from service.engine.plan_methods import Part, Solved, run_method
 from service.engine.plan_survival import plan_survival, run_robust
 from service.engine.rotor_state import Mounted, changes, pieces_of
@@ -85,8 +86,9 @@ def solve_plan(
 def solve(posed: PlanProblem, monotonic: Callable[[], float]) -> Solved:
     """Run the plan's solvers, unless the masses that are to stay break a limit by themselves."""
     broken = broken_limits(posed)
-    if broken is not None:
-        return Solved([Part(posed.request.method, broken, 0.0)])
+    needless = no_pieces(posed) if broken is None else broken
+    if needless is not None:
+        return Solved([Part(posed.request.method, needless, 0.0)])
     request = posed.request
     now = _objective_now(posed) if request.mode == "combine" else None
     if request.objective != "robust":

@@ -25,8 +25,9 @@ class CorrectionRequest:
     """fit: all runs that are not excluded; balancer: an answer that a balancer computed; saved_influence: the machine's
     coefficients and the latest run; amplitude_only: runs without phase."""
     method: CorrectionMethod | None = None
-    """How the masses follow from the coefficients. least_squares (default): all sensors count alike; weighted:
-    each by its limit; minimax: the greatest amplitude over limit becomes smallest; static_couple: two planes, a sensor
+    """How the masses follow from the coefficients. least_squares (default): all sensors count alike, those of
+    different quantity, unit or detection by the vibration velocity in mm/s rms that they mean; weighted: each by its
+    limit; minimax: the greatest amplitude over limit becomes smallest; static_couple: two planes, a sensor
     at each end, static and couple part by themselves."""
     damping: Annotated[float, Ge(0), Le(10)] | None = None
     """Damping of the least squares, as a share of the greatest singular value; for planes that buck each other."""

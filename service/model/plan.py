@@ -78,6 +78,9 @@ class PlanRequest:
     """certified: modified Jaya, then the exact search proves or improves it; or one of the two alone."""
     base: Base = "as_found"
     """as_found: all fitted masses may come off; present: they stay, and pieces are added to them."""
+    even_if_within: bool = False
+    """True: pieces are chosen even where the rotor as found is within its limits already, or the readings cannot tell
+    the correction from none; false: then no pieces are proposed, and `message` says why."""
     max_masses_per_plane: Small | None = None
     """At most this many masses a plane; the machine's own limit holds as well."""
     blocked: Annotated[tuple[BlockedPosition, ...], MAX_LIST] = ()

@@ -23,6 +23,8 @@ _SHARE_OF_1X = 0.7
 # CSI 2140 manual, page 250: 1x horizontal to vertical within 3 : 1, a quarter turn apart within 30 degrees.
 _RATIO = 3.0
 _QUARTER_TURN = np.radians(30.0)
+# A mass that changes both directions in the ratio they stand in, within this factor, shows what the support does.
+_ALIKE = np.log(1.6)
 
 
 def examine(runs: RunSet, fit: InfluenceFit, known: RunConditions) -> list[Finding]:
@@ -167,6 +169,8 @@ def _across(fit: InfluenceFit, horizontal: int, vertical: int) -> list[Finding]:
     name = fit.labels.sensor
     h, v = fit.initial[horizontal], fit.initial[vertical]
     great, small = max(abs(h), abs(v)), min(abs(h), abs(v))
+    if _as_masses_do(fit, horizontal, vertical):
+        return []
     if great > _RATIO * small:
         return [
             Finding(
@@ -190,6 +194,19 @@ def _across(fit: InfluenceFit, horizontal: int, vertical: int) -> list[Finding]:
             sensors=(horizontal, vertical),
         )
     ]
+
+
+def _as_masses_do(fit: InfluenceFit, one: int, other: int) -> bool:
+    """Whether a mass moves two sensors in the ratio and phase in which they stand as found.
+
+    Then the support is softer in one direction, and nothing but unbalance is needed to explain what they read.
+    """
+    a, b = fit.influence[one], fit.influence[other]
+    if not np.isfinite(a).all() or not np.isfinite(b).all() or not (fit.initial[one] and fit.initial[other]):
+        return False
+    seen = (np.abs(a) > 0.0) & (np.abs(b) > 0.0)
+    ratios = a[seen] / b[seen] / (fit.initial[one] / fit.initial[other])
+    return bool(((np.abs(np.log(np.abs(ratios))) < _ALIKE) & (np.abs(np.angle(ratios)) < _QUARTER_TURN)).any())
 
 
 def _along(fit: InfluenceFit, axial: int, radial: int) -> list[Finding]:
