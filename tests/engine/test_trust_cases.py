@@ -127,7 +127,7 @@ def test_sensors_of_different_kind_are_said_to_be_weighed() -> None:
 
 
 def test_a_drum_within_its_limits_gets_no_pieces() -> None:
-    machine, runs = _runs("a", ErrorSet(within=0.01), scale=0.1)
+    machine, runs = _runs("a", ErrorSet(within=0.01), scale=0.5)
     machine = replace(machine, vibration_limit_mm_s=2.0)
     correction = _solved(machine, runs)
     plan = _planned(machine, runs, correction)
