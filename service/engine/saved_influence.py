@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from service.balancing.influence.saved import SavedInfluence as Arrays
 from service.balancing.rotor.phasors import ComplexArray, polar
+from service.engine.learned_on import learned_on
 from service.engine.mapping import Channel, known
 from service.model.influence import Coefficient, InfluenceRow, SavedInfluence, Vector
 from service.model.machine import Machine
@@ -46,7 +48,12 @@ def as_document(machine: Machine, rows: Sequence[Channel], arrays: Arrays) -> Sa
                 covariance=tuple(_vectors(line) for line in spread) if np.isfinite(spread).all() else None,
             )
         )
-    return SavedInfluence(planes=tuple(p.name for p in machine.planes), rows=tuple(out), sessions=arrays.sessions)
+    return SavedInfluence(
+        planes=tuple(p.name for p in machine.planes),
+        rows=tuple(out),
+        sessions=arrays.sessions,
+        learned_on=learned_on(machine),
+    )
 
 
 def merged(old: SavedInfluence | None, new: SavedInfluence) -> SavedInfluence:
@@ -55,7 +62,7 @@ def merged(old: SavedInfluence | None, new: SavedInfluence) -> SavedInfluence:
         return new
     fresh = {(row.sensor, row.speed_rpm) for row in new.rows}
     kept = tuple(row for row in old.rows if (row.sensor, row.speed_rpm) not in fresh)
-    return SavedInfluence(planes=new.planes, rows=(*new.rows, *kept), sessions=new.sessions)
+    return replace(new, rows=(*new.rows, *kept))
 
 
 def shown(machine: Machine, saved: SavedInfluence) -> tuple[tuple[Coefficient, ...], ...]:

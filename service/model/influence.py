@@ -43,6 +43,48 @@ class InfluenceRow:
 
 
 @document
+class PlaneLearnedOn:
+    """A correction plane when its coefficients were learned."""
+
+    name: str
+    """Correction plane."""
+    radius_mm: float
+    """Radius of its positions, mm: a mass acts by its unbalance."""
+    axial_mm: float | None = None
+    """Axial position, mm from the mass centre; null where it was not stated."""
+
+
+@document
+class SensorLearnedOn:
+    """A sensor when its coefficients were learned."""
+
+    name: str
+    """Sensor."""
+    quantity: str
+    """What it measured."""
+    unit: str
+    """Unit of its amplitudes."""
+    detection: str
+    """Detection of its amplitudes."""
+    axial_mm: float | None = None
+    """Axial position, mm from the mass centre; null where it was not stated."""
+    direction: str | None = None
+    """Direction in which it measured; null where it was not stated."""
+
+
+@document
+class LearnedOn:
+    """The machine as it was when its coefficients were learned; their angles and phases have no sense of their own."""
+
+    rotation: str
+    """Direction of rotation."""
+    planes: tuple[PlaneLearnedOn, ...]
+    """Correction planes."""
+    sensors: tuple[SensorLearnedOn, ...]
+    """Sensors."""
+
+
+@document
 class SavedInfluence:
     """Coefficients of a machine, as kept."""
 
@@ -52,6 +94,8 @@ class SavedInfluence:
     """One row a sensor and speed."""
     sessions: int
     """How many sessions, or machines for a type, are in it."""
+    learned_on: LearnedOn | None = None
+    """What they were learned on; null in what older versions stored."""
 
 
 @document

@@ -17,6 +17,9 @@ LARGEST_CHANGE = 0.5
 LARGEST_TURN = np.radians(45.0)
 """A coefficient is not updated where the new one differs by more than these: ACES, two published examples."""
 
+_SPREAD = 5.0
+"""Mean square difference, in variances, from which two sessions differ by more than their covariances say."""
+
 
 @dataclass(frozen=True)
 class SavedInfluence:
@@ -101,7 +104,8 @@ def one_run(
 def learn(saved: SavedInfluence, fit: InfluenceFit) -> Learned:
     """Combine saved coefficients with those of a new session, sensor by sensor.
 
-    Where both covariances are known the two weigh by their inverses, otherwise by the number of sessions. A row with
+    Where both covariances are known the two weigh by their inverses, and what they differ by beyond them is added to
+    the covariance of both; otherwise they weigh by the number of sessions. A row with
     any coefficient beyond `LARGEST_CHANGE` or `LARGEST_TURN` is not updated, nor is one that the session lacks.
     """
     old, new = saved.influence, fit.influence
@@ -134,11 +138,17 @@ def typical(influences: ComplexArray) -> SavedInfluence:
     return SavedInfluence(mean, spread, count)
 
 
+def _between(off: ComplexArray, spread: ComplexArray) -> ComplexArray:
+    """What two sessions differ by beyond their covariances, as a covariance: they never become surer than that."""
+    excess = float(np.vdot(off, np.linalg.solve(spread.T, off)).real) / (2.0 * len(off))
+    return 0.5 * np.outer(off, off.conj()) if excess > _SPREAD else np.zeros_like(spread)
+
+
 def _combined(
     old: ComplexArray, old_spread: ComplexArray, sessions: int, new: ComplexArray, new_spread: ComplexArray
 ) -> tuple[ComplexArray, ComplexArray]:
     if np.isfinite(old_spread).all() and np.isfinite(new_spread).all():
         # Old and new are independent: the gain is C_old (C_old + C_new)^-1. Rows of A err as row vectors.
         gain = np.linalg.solve((old_spread + new_spread).T, old_spread.T).T
-        return old + gain @ (new - old), old_spread - gain @ old_spread
+        return old + gain @ (new - old), old_spread - gain @ old_spread + _between(new - old, old_spread + new_spread)
     return old + (new - old) / (sessions + 1), np.full_like(old_spread, complex(np.nan, np.nan))

@@ -10,6 +10,7 @@ from service.balancing.influence.saved import from_fit, learn, typical
 from service.balancing.selection.problem import BoolArray
 from service.engine import balance_quality, mapping, saved_influence
 from service.engine.influence_fits import FittedModel, fit_runs, used
+from service.engine.learned_on import for_machine, learned_on
 from service.errors import Conflict, InvalidInput, NotFound, NumericsError
 from service.messages import Message
 from service.model.influence import (
@@ -23,6 +24,9 @@ from service.model.influence import (
 from service.model.machine import Machine
 from service.runtime.context import AppContext, require
 
+QUARANTINE = 20
+"""Latest sessions of a machine that are asked whether its coefficients were found wrong."""
+
 
 def learn_from(work: AppContext, machine_id: str, request: LearnRequest) -> LearnedInfluence:
     """Fit a session's runs and combine the coefficients with the machine's, within bounds.
@@ -35,7 +39,7 @@ def learn_from(work: AppContext, machine_id: str, request: LearnRequest) -> Lear
         session = require(store, SessionRow, request.session_id)
         _check_session(store, machine_id, session)
         fitted = fit_runs(session.machine, used(row.run for row in store.runs(session.id)), session.run_out)
-        before = _latest(store, machine_id)
+        before = _before(store, session)
         saved, refused = _combined(session.machine, fitted, before)
         learned = LearnedInfluence(
             id=work.new_id(),
@@ -86,19 +90,56 @@ def saved_for(store: Store, session: SessionRow, whose: str) -> SavedInfluence |
     if whose == "type":
         if session.machine.type is None:
             raise InvalidInput(Message("invalid_input.no_type"), field="influence_of", value="type")
-        return _typical(store, session.machine.type)[1]
-    return _latest(store, session.machine_id)
+        return _typical(store, session.machine.type, session.machine)[1]
+    row = next(iter(store.influences(session.machine_id, 1)), None)
+    if row is None:
+        return None
+    _require_still_valid(store, session, row)
+    return _on(store, row, session.machine)
 
 
-def _latest(store: Store, machine_id: str) -> SavedInfluence | None:
-    return next((row.learned.saved for row in store.influences(machine_id, 1)), None)
+def _on(store: Store, row: InfluenceRow, machine: Machine) -> SavedInfluence:
+    """What a machine learned, as it is on the machine as it stands. Raises Conflict where that cannot be told."""
+    saved = row.learned.saved
+    taught = None if saved.learned_on is not None else store.get(SessionRow, row.session_id)
+    return for_machine(saved, machine, None if taught is None else learned_on(taught.machine))
+
+
+def _before(store: Store, session: SessionRow) -> SavedInfluence | None:
+    """What the machine learned before, on the geometry of a session; nothing where it was learned on another one."""
+    row = next(iter(store.influences(session.machine_id, 1)), None)
+    try:
+        return None if row is None else _on(store, row, session.machine)
+    except Conflict:
+        return None
+
+
+def _require_still_valid(store: Store, session: SessionRow, row: InfluenceRow) -> None:
+    """Refuse coefficients that another session found wrong after they were learned: until the machine learns again."""
+    for other in store.sessions(QUARANTINE, 0, machine_id=session.machine_id):
+        if other.id in (session.id, row.session_id):
+            continue
+        wrong = [
+            one
+            for run in store.runs(other.id)
+            for one in run.run.warnings
+            if one.code == "coefficients_outdated" and run.run.taken_at > row.learned_at
+        ]
+        if wrong:
+            raise Conflict(
+                Message("coefficients_quarantined", session=other.id), field="source", value="saved_influence"
+            )
 
 
 def suggest_trials(work: AppContext, session_id: str) -> tuple[TrialMassSuggestion, ...]:
     """Trial mass and, from earlier coefficients, angle for each plane. Raises NotFound, InvalidInput."""
     with work.read() as store:
         session = require(store, SessionRow, session_id)
-        machine, saved = session.machine, saved_for(store, session, "machine")
+        machine = session.machine
+        try:
+            saved = saved_for(store, session, "machine")
+        except Conflict:
+            saved = None  # a trial mass can do without
         initial = [run for run in used(row.run for row in store.runs(session.id)) if run.kind == "initial"]
         if saved is None or not initial:
             return balance_quality.trial_masses(machine, None, None)
@@ -144,13 +185,19 @@ def _combined(
     return saved_influence.merged(before, saved_influence.as_document(machine, rows, result.saved)), refused
 
 
-def _typical(store: Store, machine_type: str) -> tuple[Machine, SavedInfluence, int]:
+def _typical(store: Store, machine_type: str, on: Machine | None = None) -> tuple[Machine, SavedInfluence, int]:
+    """Statistics over the machines that are alike in everything but radius, unit and detection, as on one of them."""
     latest = store.latest_influences_of_type(machine_type)
     if not latest:
         raise _too_few(machine_type, 0)
-    first = require(store, MachineRow, latest[0].machine_id).spec
+    first = require(store, MachineRow, latest[0].machine_id).spec if on is None else on
     rows = tuple(mapping.Channel(sensor, first.service_speed_rpm) for sensor in first.sensors)
-    arrays = [saved_influence.as_arrays(first, row.learned.saved, rows).influence for row in latest]
+    arrays = []
+    for row in latest:
+        try:
+            arrays.append(saved_influence.as_arrays(first, _on(store, row, first), rows).influence)
+        except Conflict:
+            continue
     alike = [a for a in arrays if np.isfinite(a).all()]
     try:
         mean = typical(np.array(alike).reshape(len(alike), len(rows), len(first.planes)))
