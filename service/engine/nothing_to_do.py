@@ -12,7 +12,7 @@ from service.balancing.selection.problem import SelectionResult
 from service.engine import balance_quality, mapping
 from service.engine.influence_fits import FittedModel
 from service.engine.selection_problem import PlanProblem
-from service.messages import Message, render
+from service.messages import Message
 from service.model.diagnostic import Diagnostic
 from service.model.machine import Machine
 
@@ -35,7 +35,7 @@ def no_pieces(posed: PlanProblem) -> SelectionResult | None:
     residual = posed.objective.offset + posed.objective.matrix @ vectors
     return SelectionResult(
         status="within_uncertainty" if why.key.endswith("noise") else "optimal",
-        message=render(why),
+        message=why,
         pieces=tuple(() for _ in planes),
         value=float(evaluate(posed.objective, vectors)),
         lower_bound=0.0,

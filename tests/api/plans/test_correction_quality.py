@@ -104,7 +104,7 @@ class TestDiagnostics:
         odd = replace(DRUM, initial={"P": 9.0 + 0j, "Q": -7.0j})
         bad = scattered(shop, session, "correction", [mass("1", 100.0, 30.0)], odd)
         codes = {d["code"] for d in shop.correct(session)["diagnostics"]}
-        assert codes & {"bad_run", "sense_mirrored", "not_linear"}, codes
+        assert codes & {"bad_run", "one_of_runs_wrong", "sense_mirrored", "not_linear"}, codes
         again = [mass("1", 100.0, 30.0)]
         body = {"kind": "correction", "masses": again, "readings": DRUM.readings(again), "supersedes": bad["id"]}
         shop.post(f"/sessions/{session}/runs", body)
