@@ -1,19 +1,30 @@
-// A keypad for gloves: it types into the field that was touched last, else into the first one.
-const pad = document.querySelector(".keypad");
-const fields = [...document.querySelectorAll(".weigh input.figure")];
-if (pad && fields.length) {
-  let field = fields.find((one) => !one.value) ?? fields[0];
-  const mark = (one) => {
-    field = one;
-    for (const other of fields) other.closest(".field").classList.toggle("typed-into", other === one);
-  };
-  pad.hidden = false;
-  for (const one of fields) one.addEventListener("focus", () => mark(one));
-  mark(field);
-  for (const key of pad.querySelectorAll("[data-key]")) {
-    key.addEventListener("click", () => {
-      field.value = key.dataset.key === "back" ? field.value.slice(0, -1) : field.value + key.dataset.key;
-      field.dispatchEvent(new Event("input", { bubbles: true }));
-    });
-  }
+// A keypad for gloves: it types into the field that was touched last, else into the first empty one. What an answer puts
+// into the page anew is served too: nothing is bound to the elements themselves.
+const fields = () => [...document.querySelectorAll(".weigh input.figure")];
+let name = "";
+
+function field() {
+  const found = fields();
+  return found.find((one) => one.name === name) ?? found.find((one) => !one.value) ?? found[0];
 }
+
+function mark() {
+  const here = field();
+  for (const one of fields()) one.closest(".field").classList.toggle("typed-into", one === here);
+}
+
+document.addEventListener("focusin", ({ target }) => {
+  if (!target.matches(".weigh input.figure")) return;
+  name = target.name;
+  mark();
+});
+document.addEventListener("click", ({ target }) => {
+  const key = target.closest?.(".keypad [data-key]")?.dataset.key;
+  const into = key && field();
+  if (!into) return;
+  name = into.name;
+  into.value = key === "back" ? into.value.slice(0, -1) : into.value + key;
+  into.dispatchEvent(new Event("input", { bubbles: true }));
+  mark();
+});
+mark();
