@@ -7,12 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from sqlalchemy import func, select
+from sqlalchemy.exc import OperationalError
 
 from db.audit_chain import canonical, digest
 from db.history import ClosedForGood
-from db.rows import RunRow, SessionRow
+from db.rows import ReadingRow, RunRow, SessionRow
 from db.store import Store
 from drivers.reading import Reading
+from service.errors import Unavailable
 from service.model.session import SessionPatch
 from service.runtime.context import AppContext, require
 from service.usecases import audit
@@ -241,3 +244,26 @@ def test_requests_that_share_a_unit_are_each_told_under_their_own_name(shop: Wor
     assert [type(one).__name__ for one in ended] == ["Receipt", "Receipt", "InvalidInput", "Receipt"]
     told = [(entry["actor"], entry["changes"]["new"]) for entry in shop.get("/history?kind=reading")]
     assert told == [("bridge 2", 2), ("bridge 1", 2), ("bridge 1", 2)], "what was stored before is no change"
+
+
+def test_an_engine_that_falls_silent_half_way_is_named_to_every_request(
+    shop: Workshop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two batches share a unit, and the engine gives no answer to the second: neither is stored."""
+    shop.ask("PUT", "/sources/bridge", {"machine_id": shop.machine()})
+    moment = shop.now()
+    stored = ingest._Unit.stored
+
+    def silent(unit: ingest._Unit, readings: list[Reading], arrived: Arrival) -> object:
+        if readings[0].sequence == 20:
+            raise OperationalError("insert", {}, Exception("no answer"), connection_invalidated=True)
+        return stored(unit, readings, arrived)
+
+    monkeypatch.setattr(ingest._Unit, "stored", silent)
+    monkeypatch.setattr(ingest, "_store_new", lambda *_: False)
+    shared = [(shop.work, [Reading("bridge", first, moment, "P", 1.0)], Arrival(moment)) for first in (10, 20)]
+    with pytest.raises(Unavailable) as told:
+        ingest._store_few(shared)
+    assert told.value.retry_after_s
+    with shop.work.database.engine.begin() as connection:
+        assert connection.scalar(select(func.count()).select_from(ReadingRow)) == 0

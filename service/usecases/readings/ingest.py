@@ -10,6 +10,7 @@ from typing import Annotated
 
 from annotated_types import Len
 from pydantic import Field
+from sqlalchemy.exc import OperationalError
 
 from db.bulk_insert import NewReading
 from db.database import is_deadlock
@@ -157,6 +158,8 @@ def _store_few(batches: Sequence[Batch]) -> list[Receipt | Exception]:
             try:
                 with store.part(other.actor):
                     outcomes[index] = unit.stored(readings, arrived)
+            except OperationalError:
+                raise  # what ails the engine ails every batch: the unit tells it by name, and nothing is stored
             except Exception as refused:
                 if is_deadlock(refused):
                     raise
