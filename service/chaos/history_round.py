@@ -67,7 +67,10 @@ class Round:
 
         self._box = made("/catalogues", {"name": self._name, "items": items})["id"]
         self._machines = [made("/machines", {"name": f"{self._name} {n}", **MACHINE})["id"] for n in (1, 2)]
-        caller.ask("PUT", f"/sources/{self._name}", {"machine_id": self._machines[0]})
+        # An event as all others: a read beside the first binding of a client may still see this one.
+        first = _Client(self._urls, 0, self._rng, patient=True)
+        self._bind_to(first, self._machines[0])
+        first.close()
         body = {"machine_id": self._machines[0], "catalogue_id": self._box}
         self._sessions = {group: made("/sessions", body)["id"] for group in ("fitted", "runs")}
         session = self._sessions["fitted"]
@@ -163,7 +166,9 @@ class Round:
         self._add("box", made.event("read_stock", None, {}, got))
 
     def _bind(self, client: _Client) -> None:
-        machine = client.rng.choice(self._machines)
+        self._bind_to(client, client.rng.choice(self._machines))
+
+    def _bind_to(self, client: _Client, machine: str) -> None:
         made = client.ask("PUT", f"/sources/{self._name}", {"machine_id": machine})
         self._add("source", made.event("bind", None, {"machine": machine}, {}))
 
