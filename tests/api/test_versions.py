@@ -68,12 +68,13 @@ def seen(shop: Workshop) -> Seen:
 
 
 def test_every_change_of_a_session_or_plan_takes_a_version() -> None:
+    of_designs = {"change_design_study"}  # tests/api/designs
     takes = {
         name
         for name, operation in operations(application().openapi())
         if any(parameter["name"] == "If-Match" for parameter in operation.get("parameters", ()))
     }
-    assert takes == set(CHANGES)
+    assert takes - of_designs == set(CHANGES)
 
 
 @pytest.mark.parametrize("name", CHANGES)

@@ -89,7 +89,9 @@ NOTHING_TYPED = {
     "/sessions/{empty}/close": {"stamp": EMOJI},
 }
 """Forms of buttons alone, with what no page sends."""
-UNTRIED = {"keep", "actual[x].left_out"}
+TRIED_BESIDE = ("/arrangements/", "/designs/", "/machines/x/parts/")
+"""Forms whose wrong fields tests/web/parts and tests/web/test_design_pages.py try."""
+UNTRIED = {"keep", "actual[x].left_out", "done[x]"}
 """Ticks that may be set or not: neither is wrong."""
 COUNTS = {"rows", "planes", "sensors", "planes[0].name"}
 """Figures that say how long a form is, and a name that looks like one."""
@@ -228,7 +230,9 @@ def desk(shared_shop: Workshop) -> Desk:
 
 
 def test_every_form_of_the_pages_is_in_the_table() -> None:
-    assert sorted(map(route, (*FORMS, *NOTHING_TYPED))) == POSTED
+    assert sorted(map(route, (*FORMS, *NOTHING_TYPED))) == [
+        path for path in POSTED if not path.startswith(TRIED_BESIDE)
+    ]
     assert {form for form, _, _ in BAD} == set(FORMS)
 
 

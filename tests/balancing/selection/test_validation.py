@@ -83,7 +83,7 @@ BAD = [
     ),
     (
         replace(GOOD, stock=replace(STOCK, counts=np.array([1, 2, 3, -4, 5, 6]))),
-        r"stock\.counts must be 0 or more, got -4 \(0 where the box is used up\)",
+        r"stock\.counts must be 0 or more, got -4 \(0 where the catalogue is used up\)",
     ),
     (
         replace(GOOD, stock=replace(STOCK, masses_g=np.array([10.0, 20, 50, 20, 200, 300]))),

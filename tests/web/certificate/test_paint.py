@@ -15,7 +15,7 @@ UNPAINTED = {"pic", "pic-place", "pic-needle"}
 
 
 def test_every_class_of_the_pictures_is_painted_and_every_paint_is_used() -> None:
-    code = "".join(path.read_text() for path in ROOM.glob("*.py") if path.name != "palette.py")
+    code = "".join(path.read_text() for path in ROOM.rglob("*.py") if path.name != "palette.py")
     used = set(re.findall(r"pic-[a-z-]*[a-z]", code))
     sheet = files()["pictures.css"].decode()
     painted = set(re.findall(r"^\.(pic-[\w-]+) \{", sheet, re.MULTILINE))

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from service.balancing.influence.diagnosis.findings import Finding, RunConditions
+from service.balancing.influence.diagnosis.findings import Finding, RunConditions, Severity
 from service.balancing.influence.fit import InfluenceFit, RunSet
 from service.balancing.rotor.phasors import FloatArray
 from service.messages import Message, Quantity
@@ -169,13 +169,13 @@ def _across(fit: InfluenceFit, horizontal: int, vertical: int) -> list[Finding]:
     name = fit.labels.sensor
     h, v = fit.initial[horizontal], fit.initial[vertical]
     great, small = max(abs(h), abs(v)), min(abs(h), abs(v))
-    if _as_masses_do(fit, horizontal, vertical):
-        return []
+    # What masses do alike is what the support does, by design or because a foot is loose: told, but no warning.
+    severity: Severity = "info" if _as_masses_do(fit, horizontal, vertical) else "warning"
     if great > _RATIO * small:
         return [
             Finding(
                 Message("not_unbalance_direction", horizontal=name(horizontal), vertical=name(vertical), ratio=_RATIO),
-                "warning",
+                severity,
                 sensors=(horizontal, vertical),
             )
         ]

@@ -15,6 +15,7 @@ from service.balancing.selection.batch.tables import shared_rows
 from service.balancing.selection.exact.search import solve_exact
 from service.balancing.selection.placements import Selection, broken_limit, vectors_of
 from service.balancing.selection.problem import Norm, Piece, SelectionPlane, SelectionProblem, Stock
+from service.errors import NumericsError
 from tests.balancing.selection.batch.test_solver import drawn, workshop
 from tests.support.numerics.problems import even_positions
 
@@ -95,5 +96,5 @@ def test_every_selection_is_allowed_and_none_worse_than_the_start(aim: Aim, list
 def test_an_aim_within_limits_needs_limits() -> None:
     problem = workshop(1, 2, "sum", 8)
     uncertain = Uncertain(drawn(problem, 10, 1), None)
-    with pytest.raises(ValueError, match="must have limits"):
+    with pytest.raises(NumericsError, match="must have limits"):
         robust_aims(uncertain, "probability_within_limits", np.zeros((1, 1), dtype=np.complex128))
