@@ -94,7 +94,7 @@ def test_any_machine_is_as_it_was_after_its_form_is_sent_back(shared_shop: Works
 
     taken: list[int] = []
 
-    @settings(max_examples=25)
+    @settings(max_examples=50)
     @given(body=descriptions())
     def holds(body: dict[str, Any]) -> None:
         shop.now()
